@@ -330,9 +330,15 @@ class NetcdfExport {
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
     const auto& serial_number = info_.units[unit].serial_number;
     if (!serial_number.empty()) file_.attribute(variable, "serial_number", serial_number);
+    put_names(variable, "gradients", info_.units[unit].gradients);
+    put_names(variable, "three_point", info_.units[unit].three_point);
     const int counted =
         put_as(counts_name, column.name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
     file_.attribute(counted, counts ? "arcsec_per_pulse" : "deg_per_h_per_unit", axis.scale);
+  }
+
+  void put_names(int variable, const char* attribute, const std::vector<std::string>& names) {
+    if (!names.empty()) file_.attribute(variable, attribute, fmt::format("{}", fmt::join(names, ", ")));
   }
 
   void put_value(const std::string& name, const record::ValueInfo& value, const std::vector<double>& column) {

@@ -188,6 +188,7 @@ class NetcdfTable {
     const auto time = find("time");
     if (!history.starts_with("made by gyrotherm ") || !time) return "";
     dimension_ = time->dimension;
+    constexpr std::size_t kMaxListLength = 1 << 14;
     std::string lines;
     for (const auto& name : list_row_variables({})) {
       const auto variable = find(name);
@@ -195,6 +196,8 @@ class NetcdfTable {
       lines += plain(name);
       for (const char* attribute : {"units", "long_name", "channel"})
         lines += "\t" + plain(text_attribute(variable->id, attribute, name).value_or(""));
+      for (const char* attribute : {"gradients", "three_point"})
+        lines += "\t" + plain(text_attribute(variable->id, attribute, name, kMaxListLength).value_or(""));
       for (const char* attribute : {"earth_rate_deg_per_h", "arcsec_per_pulse"}) {
         const auto numbers = numbers_of_attribute(variable->id, attribute);
         lines += numbers.size() == 1 ? fmt::format("\t{}", numbers.front()) : "\t";
@@ -384,8 +387,8 @@ class NetcdfTable {
   }
 
   /// Returns an attribute that is a text or a single string; empty if it is missing.
-  Result<std::string> text_attribute(int variable, const char* name, const std::string& column) const {
-    constexpr std::size_t kMaxTextLength = 1000;
+  Result<std::string> text_attribute(int variable, const char* name, const std::string& column,
+                                     std::size_t max_length = 1000) const {
     std::size_t length = 0;
     nc_type type{};
     if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR) return "";
@@ -394,11 +397,11 @@ class NetcdfTable {
       if (auto read = check(nc_get_att_string(file_, variable, name, &string)); !read) return failure(read.error());
       std::string text = string == nullptr ? "" : string;
       nc_free_string(1, &string);
-      return text.substr(0, kMaxTextLength);
+      return text.substr(0, max_length);
     }
-    if (type != NC_CHAR || length > kMaxTextLength)
+    if (type != NC_CHAR || length > max_length)
       return bad_file_failure(fmt::format(
-          "the attribute {} of \"{}\" is not a text of at most 1000 characters, expected one", name, column));
+          "the attribute {} of \"{}\" is not a text of at most {} characters, expected one", name, column, max_length));
     std::string text(length, '\0');
     if (auto read = check(nc_get_att_text(file_, variable, name, text.data())); !read) return failure(read.error());
     return text.substr(0, text.find('\0'));
@@ -612,8 +615,8 @@ Result<std::vector<NetcdfVariable>> list_own_variables(const std::string& path) 
   };
   while (!rest.empty()) {
     NetcdfVariable& variable = variables.emplace_back();
-    for (std::string* field :
-         {&variable.name, &variable.units, &variable.long_name, &variable.channel, &variable.earth_rate})
+    for (std::string* field : {&variable.name, &variable.units, &variable.long_name, &variable.channel,
+                               &variable.gradients, &variable.three_point, &variable.earth_rate})
       *field = take_until('\t');
     variable.arcsec_per_pulse = take_until('\n');
   }

@@ -31,6 +31,8 @@ namespace gyrotherm::exchange {
 /// A variable of a NetCDF file that gyrotherm exported. Attributes that it does not have are empty.
 struct NetcdfVariable {
   std::string name{}, units{}, long_name{}, channel{};
+  /// The thermometers of the unit's gradients and of its three points, separated by ", ".
+  std::string gradients{}, three_point{};
   /// The Earth rate that gyrotherm removes from the bias, °/h, and the scale of a number of pulses, both as text.
   std::string earth_rate{}, arcsec_per_pulse{};
 };

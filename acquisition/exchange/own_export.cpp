@@ -69,6 +69,20 @@ std::string find_interval(const std::vector<std::string>& titles, std::string_vi
   return std::ranges::find(titles, title) == titles.end() ? "" : title;
 }
 
+/// Splits a list of thermometers: "A, B". Returns nothing if the table does not have all of them.
+std::vector<std::string> split_thermometers(std::string_view list, const OwnColumns& columns) {
+  std::vector<record::Field> fields;
+  std::vector<std::string> names;
+  if (list.empty() || !record::split_line(list, ',', fields)) return names;
+  for (const auto& field : fields) {
+    names.emplace_back(field.text);
+    if (std::ranges::find(columns.thermometers, names.back(), &OwnColumns::Thermometer::name) ==
+        columns.thermometers.end())
+      return {};
+  }
+  return names;
+}
+
 /// Returns the axis of a title such as "u1.x [0.1 °/h]" or "gyro [pulses of 0.1 arcsec]"; nothing for other titles.
 std::optional<OwnColumns::Axis> parse_axis(const std::string& title, const std::vector<std::string>& comments) {
   const auto [label, unit] = split_title(title);
@@ -93,6 +107,13 @@ std::string axis_text(const OwnColumns::Axis& axis) {
                   is_increment ? "increment" : "rate", axis.scale, is_increment ? "arcsec" : "°/h");
   if (!axis.earth_rate.empty()) text += fmt::format("earth_rate = {}\n", axis.earth_rate);
   return text;
+}
+
+std::string names_text(std::string_view key, const std::vector<std::string>& names) {
+  if (names.empty()) return "";
+  std::vector<std::string> texts;
+  for (const auto& name : names) texts.push_back(toml_text(name));
+  return fmt::format("{} = [{}]\n", key, fmt::join(texts, ", "));
 }
 
 /// Returns the keys of a unit that are not those of an axis.
@@ -135,7 +156,9 @@ std::string gyro_sections(const OwnColumns& columns) {
   std::string text;
   for (const UnitAxes& unit : units) {
     text += is_only ? "\n[gyro]\n" : fmt::format("\n[[gyro]]\nname = {}\n", toml_text(unit.name));
-    text += unit_text(columns.axes[unit.first]);
+    const auto& first = columns.axes[unit.first];
+    if (!is_only) text += names_text("thermometers", first.gradients) + names_text("three_point", first.three_point);
+    text += unit_text(first);
     const bool has_one = unit.last == unit.first + 1;
     if (has_one) text += axis_text(columns.axes[unit.first]);
     for (std::size_t i = unit.first; i < unit.last && !has_one; ++i)
@@ -147,7 +170,10 @@ std::string gyro_sections(const OwnColumns& columns) {
         text += value_text(value);
       }
   }
-  return text;
+  if (!is_only) return text;
+  const auto lists = names_text("gradients", columns.axes.front().gradients) +
+                     names_text("three_point", columns.axes.front().three_point);
+  return lists.empty() ? text : text + "\n[analysis]\n" + lists;
 }
 
 /// Returns the columns of `export --compensated`: calibrated temperatures and the bias. The compensated bias is a
@@ -207,6 +233,14 @@ std::optional<OwnColumns> find_own_columns(const std::vector<std::string>& title
       columns.values.push_back({name, title, unit});
     }
   }
+  for (auto& axis : columns.axes) {
+    const auto names = [&](const char* list) {
+      const auto beginning = fmt::format("unit {}: {} ", label_prefix(axis.label), list);
+      return split_thermometers(find_in_comments(comments, beginning).value_or(""), columns);
+    };
+    axis.gradients = names("gradients");
+    axis.three_point = names("three point");
+  }
   columns.has_turned = std::ranges::find(titles, record::kTurnedTitle) != titles.end();
   return columns.axes.empty() ? std::nullopt : std::optional(columns);
 }
@@ -228,6 +262,11 @@ std::optional<OwnColumns> find_own_columns(const std::vector<NetcdfVariable>& va
           {channel, variable.name, variable.units == "degC" ? std::string(kCelsius) : variable.units});
     }
     columns.has_turned = columns.has_turned || variable.name == record::kTurnedTitle;
+  }
+  for (auto& axis : columns.axes) {
+    const auto variable = std::ranges::find(variables, axis.column, &NetcdfVariable::name);
+    axis.gradients = split_thermometers(variable->gradients, columns);
+    axis.three_point = split_thermometers(variable->three_point, columns);
   }
   use_counts(columns.axes, variables);
   return columns.axes.empty() ? std::nullopt : std::optional(columns);

@@ -33,6 +33,8 @@ struct OwnColumns {
     std::string earth_rate{};
     /// The column with the counting times of the unit; empty if there is none.
     std::string interval{};
+    /// The thermometers of the unit's gradients and of its three points; empty if the table does not state them.
+    std::vector<std::string> gradients{}, three_point{};
   };
   std::vector<Axis> axes{};
   struct Value {
@@ -52,7 +54,7 @@ struct OwnColumns {
 /// Returns the columns of a NetCDF file with the given variables; nothing if it has no rate.
 [[nodiscard]] std::optional<OwnColumns> find_own_columns(const std::vector<NetcdfVariable>& variables);
 
-/// Returns the sections [time], [[thermometer]] and [gyro] or [[gyro]] of a map.
+/// Returns the sections [time], [[thermometer]], [gyro] or [[gyro]], and [analysis] of a map.
 [[nodiscard]] std::string own_sections(const OwnColumns& columns);
 
 }  // namespace gyrotherm::exchange

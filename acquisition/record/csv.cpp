@@ -236,6 +236,17 @@ std::string to_one_line(std::string text) {
   return plain(text);
 }
 
+/// Writes the thermometers of a unit. Analyses of the exported rows require them.
+void add_unit_comments(Buffer& out, const UnitInfo& unit) {
+  const auto add_list = [&](std::string_view title, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    fmt::format_to(std::back_inserter(out), "# unit {}: {} {}\n", to_one_line(unit.name), title,
+                   to_one_line(fmt::format("{}", fmt::join(names, ", "))));
+  };
+  add_list("gradients", unit.gradients);
+  add_list("three point", unit.three_point);
+}
+
 void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   if (is_simulated(info))
     fmt::format_to(std::back_inserter(out), "# SIMULATED: {}\n", to_one_line(describe_simulation(info)));
@@ -253,6 +264,7 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
         add(out, ", nothing removed");
       out.push_back('\n');
     }
+  for (const UnitInfo& unit : info.units) add_unit_comments(out, unit);
   for (const Channel& channel : info.thermometers) {
     const std::string name = to_one_line(channel.name);
     if (!channel.polynomial.empty()) {

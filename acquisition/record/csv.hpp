@@ -106,7 +106,8 @@ struct RunInfo;
 /// The comments identify the record ("SIMULATED" first if it is simulated). They also contain the constants that are
 /// required to compute a bias from the numbers and a temperature from the readings: "axis u1.x: scale 0.1, earth rate
 /// 10.04" (arcsec per pulse, or °/h per unit of a rate; Earth rate in °/h if the record has it), "thermometer A: offset
-/// 0.01" (K), "thermometer A: polynomial 0 1.001".
+/// 0.01" (K), "thermometer A: polynomial 0 1.001". They name the thermometers of a unit's gradients and of its three
+/// points: "unit u1: gradients A, B, C", "unit u1: three point A, C, shell".
 /// If operators handle the unit during the profile, a further column contains its mounting (turned_at): the Earth rate
 /// of a turned unit has the opposite sign. Fields are quoted as in RFC 4180, and lines end with LF. Numbers have the
 /// fewest digits that read back to the same value.

@@ -214,6 +214,47 @@ TEST(OwnExport, ComesBackWithItsCountingTimes) {
       }
 }
 
+TEST(OwnExport, ComesBackWithThermometersOfEachUnit) {
+  for (const bool has_one_unit : {true, false})
+    for (const bool as_netcdf : {false, true}) {
+      SCOPED_TRACE(fmt::format("{} {}", has_one_unit, as_netcdf));
+      Record record = make_counted_record(has_one_unit);
+      record.info.thermometers.push_back({"T 3", "", Kelvins{}});
+      record.thermometers_c.push_back(record.thermometers_c.front());
+      auto& units = record.info.units;
+      units.front().gradients = {"shell-1.b", "Ofen oben"};
+      units.back().three_point = {"Ofen oben", "shell-1.b", "T 3"};
+      const TestFolder folder;
+      std::string map;
+      const Record back = make_round_trip(folder, record, as_netcdf, map);
+      SCOPED_TRACE(map);
+      ASSERT_EQ(back.info.units.size(), units.size());
+      for (std::size_t unit = 0; unit < units.size(); ++unit) {
+        EXPECT_EQ(back.info.units[unit].gradients, units[unit].gradients);
+        EXPECT_EQ(back.info.units[unit].three_point, units[unit].three_point);
+      }
+      if (has_one_unit) continue;
+      for (const auto& thermometer : back.info.thermometers)
+        EXPECT_EQ(thermometer.unit_under_test, thermometer.name == "T 3" ? "imu" : "") << thermometer.name;
+    }
+}
+
+/// A list that names a thermometer without a column would make the map invalid.
+TEST(OwnExport, LeavesOutListsThatTableDoesNotSupport) {
+  const std::vector<std::string> titles{
+      "slot",   "time [s]", "set point [°C]", "chamber air [°C]", "chamber set point [°C]",
+      "A [°C]", "B [°C]",   "u1 [0.5 °/h]"};
+  const auto with = [&](const std::vector<std::string>& comments) {
+    return find_own_columns(titles, comments).value();
+  };
+  const auto both = with({"unit u1: gradients B, A", "unit u2: three point A, B, A"});
+  EXPECT_EQ(both.axes.at(0).gradients, (std::vector<std::string>{"B", "A"}));
+  EXPECT_TRUE(both.axes.at(0).three_point.empty());
+  EXPECT_NE(own_sections(both).find("thermometers = [\"B\", \"A\"]\n"), std::string::npos) << own_sections(both);
+  for (const char* comment : {"unit u1: gradients A, C", "unit u1: gradients ", "unit u1: gradients A,", "unit u1: "})
+    EXPECT_TRUE(with({comment}).axes.at(0).gradients.empty()) << comment;
+}
+
 /// Tables that earlier builds or other programs shortened may lack the counting times.
 TEST(OwnExport, UsesSpacingOfRowsWithoutCountingTimes) {
   const std::vector<std::string> titles{"slot",

@@ -41,12 +41,31 @@ TEST(Export, TitlesColumnsAndLeavesMissingValuesEmpty) {
             "# SIMULATED: the instruments were virtual\n"
             "# run 0123456789abcdef0123456789abcdef of a profile on a rig\n"
             "# axis gyro: scale 0.1, earth rate 10.636\n"
+            "# unit gyro: gradients shell-1.b, A\n"
+            "# unit gyro: three point A, A, shell-1.b\n"
             "# thermometer A: offset 0.1\n"
             "# thermometer shell-1.b: offset -0.25\n"
             "slot,time [s],set point [°C],chamber air [°C],chamber set point [°C],A [°C],shell-1.b [°C],"
             "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase,true bias [°/h]\n"
             "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping,0.02\n"
             "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding,\n");
+}
+
+TEST(Export, NamesThermometersOfEachUnit) {
+  Record record = small_record();
+  record.info.units.push_back(record.info.units.front());
+  record.units.push_back(record.units.front());
+  record.info.units[0].name = "u-1";
+  record.info.units[0].three_point.clear();
+  record.info.units[1].name = "u-2";
+  record.info.units[1].gradients = {"A"};
+  const std::string table = to_csv(record);
+  EXPECT_NE(table.find("# unit u-1: gradients shell-1.b, A\n# unit u-2: gradients A\n# unit u-2: three point A, A, "
+                       "shell-1.b\n# thermometer A"),
+            std::string::npos)
+      << table;
+  for (auto& unit : record.info.units) unit.gradients = unit.three_point = {};
+  EXPECT_EQ(to_csv(record).find("# unit"), std::string::npos);
 }
 
 TEST(Export, NamesVirtualInstrumentsOfRealRig) {

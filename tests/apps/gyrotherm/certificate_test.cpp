@@ -12,6 +12,7 @@
 #include "core/sha256.hpp"
 #include "report/calibration.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
+#include "tests/apps/gyrotherm/small_record.hpp"
 #include "tests/support/foreign_dcc.hpp"
 
 namespace gyrotherm::app {
@@ -182,6 +183,39 @@ TEST_F(CertificateFiles, AreVerifiedWithReport) {
   expect(verify(), 4, "FAILS      t1.dcc.xml: is not the certificate that the report names");
   std::filesystem::copy_file(folder_ / "certificates/t1.dcc.xml", folder_ / "report/t1.dcc.xml");
   expect(verify(), 0, "holds      t1.dcc.xml");
+}
+
+/// A report may state the digest of a record's file or of its exported rows. Early builds exported rows without the
+/// thermometers of the units.
+TEST_F(CertificateFiles, AreVerifiedBesideRecordOfAnyBuild) {
+  write("record.csv", small_rows(300));
+  write("map.toml", small_map());
+  const std::string record = folder_ / "record.db", table = folder_ / "table.csv";
+  ASSERT_EQ(
+      gyrotherm_with("import " + (folder_ / "record.csv") + " --map " + (folder_ / "map.toml") + " --out " + record)
+          .exit_code,
+      0);
+  ASSERT_EQ(gyrotherm_with("export " + record + " --out " + table).exit_code, 0);
+  const std::string rows = *read_text_file(table, kLargestTable), list = "# unit gyro: gradients A, B\n";
+  ASSERT_NE(rows.find(list), std::string::npos) << rows.substr(0, 500);
+  const auto authorise = [&](const std::string& sha256_of_record, int round) {
+    const auto report = fmt::format("{}-{}", folder_ / "report", round);
+    std::filesystem::create_directory(report);
+    auto with_record = report_with_certificate(digest());
+    with_record.item.name = "gyro";
+    with_record.files.push_back({.role = "record", .name = "record.db", .sha256 = sha256_of_record});
+    std::ofstream(report + "/calibration.json") << to_json(with_record);
+    return gyrotherm_with("report authorise " + report + " --by 'B. Berg'" + without_sources());
+  };
+  int round = 0;
+  for (const std::string& bytes :
+       {*read_text_file(record, kLargestTable), rows, report::with_replaced(rows, list, "")}) {
+    const auto ran = authorise(sha256(bytes), round++);
+    EXPECT_EQ(ran.exit_code, 0) << round << ran.err;
+  }
+  const auto other = authorise(sha256(report::with_replaced(rows, list, "# unit gyro: gradients B, A\n")), round);
+  EXPECT_NE(other.exit_code, 0);
+  EXPECT_NE(other.err.find("record.db: is not the file on which the report is based"), std::string::npos) << other.err;
 }
 
 /// A file with the digest of the report, whose own signature is not valid.

@@ -66,6 +66,7 @@ struct FileResults {
   ChannelTally tally;
   Findings findings{};
   std::size_t rows{}, rows_left_out{}, repeated_times{};
+  std::optional<Duration> step{};  ///< usual spacing of the file's rows
 };
 
 /// Fails with bad_file, without a position, if the rows to be combined are farther apart than the interval that
@@ -89,6 +90,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   const bool skips_ordering = is_log && in_stretches;
   Grouping grouping(map, take);
   Spacing spacing(map, [&](const ImportedRow& row) -> Result<void> {
+    file.step = row.usual;
     if (!in_stretches) return take(row);
     return check_every(map.every, row.usual, file.rows).and_then([&] { return grouping.push(row); });
   });
@@ -227,6 +229,7 @@ class ImportedRecord {
                           .repeated_times = file.repeated_times,
                           .span = last_,
                           .step = usual_,
+                          .file_step = file.rows - file.repeated_times > 1 ? file.step : std::nullopt,
                           .started = first_utc_,
                           .gaps = gaps_.count(),
                           .notes = file.findings.notes,
@@ -246,7 +249,6 @@ class ImportedRecord {
 
   [[nodiscard]] std::int64_t rows() const { return taken_; }
   [[nodiscard]] Duration span() const { return last_; }
-  [[nodiscard]] Duration usual_step() const { return usual_; }
   [[nodiscard]] std::optional<Duration> started() const { return first_utc_; }
 
   /// Removes an incomplete record.
@@ -366,9 +368,9 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
   const double rate = made.span() > Duration{} ? static_cast<double>(file.rows) / to_seconds(made.span()) : 0;
   if (file.rows >= kMinRowsToJudge && rate > kMaxRowRate_hz)
     file.findings.notes.push_back(fmt::format("{:.0f} rows per second: is the unit in [time] right?", rate));
-  if (file.rows >= kMinRowsToJudge && made.usual_step() > kLongestUsualStep)
+  if (file.rows >= kMinRowsToJudge && file.step && *file.step > kLongestUsualStep)
     file.findings.notes.push_back(
-        fmt::format("the rows are {:g} s apart: is the unit in [time] right?", to_seconds(made.usual_step())));
+        fmt::format("the rows are {:g} s apart: is the unit in [time] right?", to_seconds(*file.step)));
   if (utc && made.started() && *made.started() > *utc + std::chrono::hours(24))
     file.findings.notes.push_back(fmt::format("the first row is dated {}, in the future", civil_time(*made.started())));
   return {};

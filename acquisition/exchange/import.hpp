@@ -38,6 +38,9 @@ struct ImportSummary {
   Duration span{};
   /// The usual spacing of the record's rows.
   Duration step{};
+  /// The usual spacing of the distinct times of the file's rows. Unknown for a single time, and for a log whose
+  /// messages are combined.
+  std::optional<Duration> file_step{};
   /// UTC of the first row.
   std::optional<Duration> started{};
   /// The number of gaps.

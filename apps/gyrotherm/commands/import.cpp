@@ -55,19 +55,28 @@ std::vector<std::string> find_kelvins(const exchange::ImportSummary& summary) {
   return names;
 }
 
+/// Describes the rows of the file, their spacing, and whether they are combined.
+std::string rows_line(const exchange::ImportSummary& summary) {
+  const auto spacing = [](Duration step) { return fmt::format("{:g} s", to_seconds(step)); };
+  const std::string file_step = summary.file_step ? spacing(*summary.file_step) : "";
+  const bool has_same_times = !file_step.empty() && 2 * summary.repeated_times > summary.file_rows;
+  std::string rows = format_count(summary.file_rows, "row") + " in the file";
+  if (has_same_times)
+    rows += fmt::format(
+        ", on average {:.3g} s apart; their times have a resolution of {}, so rows with the same time are combined",
+        to_seconds(summary.span + summary.step) / static_cast<double>(summary.file_rows), file_step);
+  else if (!file_step.empty())
+    rows += fmt::format(", usually {} apart", file_step);
+  if (summary.file_rows > 1 && file_step != spacing(summary.step))
+    rows += fmt::format("{} into rows of {}", has_same_times ? "" : ", combined", spacing(summary.step));
+  if (summary.started) rows += ", from " + format_start(*summary.started);
+  return rows;
+}
+
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMaxListedChannels = 40;
-  std::string rows = format_count(summary.file_rows, "row") + " in the file";
-  if (const double resolution_s = to_seconds(summary.step); 2 * summary.repeated_times > summary.file_rows)
-    rows += fmt::format(
-        ", on average {:.3g} s apart; their times have a resolution of {:g} s, so rows with the same time "
-        "are combined",
-        to_seconds(summary.span + summary.step) / static_cast<double>(summary.file_rows), resolution_s);
-  else if (summary.file_rows > 1)
-    rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
-  if (summary.started) rows += ", from " + format_start(*summary.started);
-  std::vector<std::string> lines{rows};
+  std::vector<std::string> lines{rows_line(summary)};
   for (const auto& channel : summary.channels)
     if (lines.size() <= kMaxListedChannels) lines.push_back(describe(channel));
   if (summary.channels.size() > kMaxListedChannels)
@@ -100,6 +109,7 @@ std::string json(const exchange::ImportSummary& summary) {
               {"gaps", summary.gaps},
               {"file_rows", summary.file_rows},
               {"step_s", to_seconds(summary.step)},
+              {"file_step_s", summary.file_step ? Json(to_seconds(*summary.file_step)) : Json(nullptr)},
               {"lines_left_out", summary.lines_left_out},
               {"rows_left_out", summary.rows_left_out},
               {"started_utc", summary.started ? Json(format_start(*summary.started)) : Json(nullptr)},

@@ -26,7 +26,9 @@ TEST(ImportCommand, DetectsMapThatReadsTable) {
   const auto imported = gyrotherm_with("import " + (folder / "bench.csv") + " --map " + (folder / "bench.toml") +
                                        " --out " + (folder / "bench.db") + " --json");
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
-  EXPECT_EQ(imported.out.rfind("{\"rows\":3,\"seconds\":2.0,\"gaps\":0,\"file_rows\":3,\"step_s\":1.0,", 0), 0u)
+  EXPECT_EQ(imported.out.rfind(
+                "{\"rows\":3,\"seconds\":2.0,\"gaps\":0,\"file_rows\":3,\"step_s\":1.0,\"file_step_s\":1.0,", 0),
+            0u)
       << imported.out;
   EXPECT_NE(imported.out.find("\"missing_texts\":{\"\":1},\"least\":20.5,\"greatest\":20.6}"), std::string::npos)
       << imported.out;
@@ -189,6 +191,38 @@ TEST(ImportCommand, RecognisesPartOfTrainingDataInOtherFile) {
   EXPECT_NE(same.out.find("rows of this record, which are in another file"), std::string::npos) << same.out;
   const auto other = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "other.db"));
   EXPECT_EQ(other.out.find("in-sample"), std::string::npos) << other.out;
+}
+
+TEST(ImportCommand, StatesSpacingOfFileAndOfCombinedRows) {
+  const Folder folder;
+  const auto import_rows = [&](const std::string& name, int rows, double step_s, const std::string& time,
+                               const std::string& options = "") {
+    std::string table = "t,T,w\n";
+    for (int row = 0; row < rows; ++row)
+      table += fmt::format("{:.3f},{},{}\n", step_s * row, 20 + 0.01 * (row % 50), row % 7);
+    std::ofstream(folder / (name + ".csv")) << table;
+    std::ofstream(folder / (name + ".toml"))
+        << "schema = \"gyrotherm-import/1\"\nname = \"m\"\n[time]\ncolumn = \"t\"\n"
+           "unit = \"s\"\n"
+        << time
+        << "[[thermometer]]\nname = \"T\"\ncolumn = \"T\"\n[gyro]\ncolumn = \"w\"\n"
+           "kind = \"rate\"\nscale = 1\n";
+    return gyrotherm_with("import " + (folder / (name + ".csv")) + " --map " + (folder / (name + ".toml")) + " --out " +
+                          (folder / (name + ".db")) + options);
+  };
+  const auto expect_line = [](const Ran& ran, const std::string& line) {
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_NE(ran.err.find(line), std::string::npos) << ran.err;
+  };
+  expect_line(import_rows("fast", 600, 0.1, "every = \"1 s\"\n"),
+              "600 rows in the file, usually 0.1 s apart, combined into rows of 1 s\n");
+  const auto slow = import_rows("slow", 200, 5, "every = \"2 min\"\n");
+  expect_line(slow, "200 rows in the file, usually 5 s apart, combined into rows of 120 s\n");
+  EXPECT_EQ(slow.err.find("is the unit in [time] right?"), std::string::npos) << slow.err;
+  expect_line(import_rows("plain", 60, 0.5, ""), "60 rows in the file, usually 0.5 s apart\n");
+  expect_line(import_rows("same", 30, 2, "every = \"2 s\"\n"), "30 rows in the file, usually 2 s apart\n");
+  const auto as_json = import_rows("json", 600, 0.25, "every = \"2 s\"\n", " --json");
+  EXPECT_NE(as_json.out.find("\"step_s\":2.0,\"file_step_s\":0.25,"), std::string::npos) << as_json.out;
 }
 
 TEST(ImportCommand, StatesResolutionOfTimes) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/exchange/increment_columns.hpp"
 #include "acquisition/record/row.hpp"
 #include "core/count_text.hpp"
 #include "core/text.hpp"
@@ -66,6 +67,11 @@ void ChannelTally::Extremes::push(double number, double sign) {
   counts[at] = 1;
 }
 
+void ChannelTally::push_extremes(double value, Extremes& least, Extremes& greatest) {
+  if (least.size < kExtremes || value <= least.numbers.back()) least.push(value, 1);
+  if (greatest.size < kExtremes || value >= greatest.numbers.back()) greatest.push(value, -1);
+}
+
 ChannelTally::ChannelTally(const ImportMap& map)
     : is_text_(map.format == FileFormat::text),
       is_log_(map.format == FileFormat::ulog || map.format == FileFormat::dataflash),
@@ -89,7 +95,11 @@ ChannelTally::ChannelTally(const ImportMap& map)
           scale, offset);
     }
   const auto valid = map.valid_ranges();
-  for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].valid = valid[i];
+  const IncrementColumns increments(map);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    columns_[i].valid = valid[i];
+    columns_[i].interval = increments.find_counting_times(i);
+  }
   values_.resize(columns_.size());
 }
 
@@ -164,10 +174,9 @@ Result<void> ChannelTally::push(Duration time, std::span<double> numbers) {
     if (is_wild || std::isinf(value)) return failure(impossible_value_fault(column, number));
     ++column.summary.values;
     values_[i] = column.last = value;
-    const auto& least = column.least;
-    const auto& greatest = column.greatest;
-    if (least.size < kExtremes || value <= least.numbers.back()) column.least.push(value, 1);
-    if (greatest.size < kExtremes || value >= greatest.numbers.back()) column.greatest.push(value, -1);
+    push_extremes(value, column.least, column.greatest);
+    // 1 arcsec/s is 1 °/h.
+    if (column.interval) push_extremes(value / numbers[*column.interval], column.least_rate, column.greatest_rate);
   }
   watch_.push(time, values_);
   return {};
@@ -196,8 +205,11 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
   constexpr std::size_t kMinValues = 20;
   if (column.summary.values < kMinValues || column.kind == Kind::value || column.valid) return {};
   const bool is_temperature = column.kind == Kind::temperature;
-  for (const auto* extremes : {&column.least, &column.greatest}) {
-    const auto& inner = extremes == &column.least ? column.greatest : column.least;
+  // An increment may be small only because its counting time is short.
+  const auto& least = column.interval ? column.least_rate : column.least;
+  const auto& greatest = column.interval ? column.greatest_rate : column.greatest;
+  for (const auto* extremes : {&least, &greatest}) {
+    const auto& inner = extremes == &least ? greatest : least;
     std::size_t count = 0;
     const bool is_one_error = is_temperature && is_error_value(column, extremes->numbers.front());
     for (std::size_t i = 0; i + 1 < extremes->size; ++i) {
@@ -213,7 +225,8 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
       const auto what = fmt::format(
           "{} of the {} values of column {} differ by {:.4g} {} or more from all others, the "
           "furthest at {:g}",
-          count, column.summary.values, column.summary.column, apart, column.summary.unit, extremes->numbers.front());
+          count, column.summary.values, column.summary.column, apart, column.interval ? "°/h" : column.summary.unit,
+          extremes->numbers.front());
       if (is_temperature && (is_sentinel || apart >= kErrorGap_k))
         return failure(FaultKind::bad_file, file, what + "; " + remedy(column, at));
       notes.push_back(what);

@@ -76,7 +76,11 @@ class ChannelTally {
     std::optional<ValidRange> valid{};
     double last = 0;  ///< value
     Extremes least{}, greatest{};
+    /// For increments with counting times: the column of these times, and the extreme rates in °/h.
+    std::optional<std::size_t> interval{};
+    Extremes least_rate{}, greatest_rate{};
   };
+  static void push_extremes(double value, Extremes& least, Extremes& greatest);
   void add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale, double offset);
   /// Returns whether the column probably has more values like this one: it has had few values, or the last one was
   /// near.

@@ -25,6 +25,10 @@ class IncrementColumns {
   }
   /// Returns whether any column is summed.
   [[nodiscard]] bool has_any() const { return has_any_; }
+  /// Returns the column with the counting times of a summed column, if the map has one.
+  [[nodiscard]] std::optional<std::size_t> find_counting_times(std::size_t column) const {
+    return columns_[column].interval;
+  }
   /// Returns whether a row belongs to the sum of a summed column. A row without a counting time does not: neither its
   /// increment nor its time is known, so the sums of both cover the other rows.
   [[nodiscard]] bool is_counted(std::size_t column, std::span<const double> numbers) const;

@@ -49,6 +49,32 @@ class Imported {
   tests::TestFolder folder_;
 };
 
+/// The last row of an export is often an incomplete interval.
+TEST(ChannelSummary, JudgesIncrementsByTheirCountingTimes) {
+  const auto notes_of =
+      [](const std::string& last_row, bool has_counting_times) {
+        const tests::TestFolder folder;
+        std::ofstream(folder / "map.toml")
+            << "schema = \"gyrotherm-import/1\"\nname = \"m\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n"
+            << "[gyro]\ncolumn = \"n\"\nkind = \"increment\"\nscale = 0.1\n"
+            << (has_counting_times ? "interval_column = \"s\"\n" : "");
+        {
+          std::ofstream table(folder / "table.csv");
+          table << "t,n,s\n";
+          for (int i = 0; i < 60; ++i) table << 7 * i << "," << 740 + i % 5 << "," << 7.00003 + 1e-6 * (i % 3) << "\n";
+          table << 7 * 60 << "," << last_row << "\n";
+        }
+        const auto summary = import_record(folder / "table.csv", folder / "map.toml", folder / "run.db", "0.1.0");
+        EXPECT_TRUE(summary) << text(summary.error());
+        return summary ? summary->notes : Notes{"failed"};
+      };
+  EXPECT_EQ(notes_of("318,3.00001", true), Notes{});
+  EXPECT_EQ(notes_of("318,3.00001", false).size(), 1u);
+  const auto wild = notes_of("740,3.00001", true);
+  ASSERT_EQ(wild.size(), 1u) << "the increment is usual, the rate is not";
+  EXPECT_NE(wild.front().find(" °/h or more from all others, the furthest at 24.6"), std::string::npos) << wild.front();
+}
+
 TEST(ChannelSummary, DescribesEachChannel) {
   Imported import;
   import.file = "missing = [\"---\", \"-999.9\"]\n";

@@ -122,6 +122,11 @@ constexpr StoredPhrase kStates[] = {
     {"power failure", "Netzausfall"},
 };
 constexpr StoredPhrase kGaps[] = {
+    {"the program was not running, or its rows did not reach the disk; {t}",
+     "das Programm lief nicht, oder seine Zeilen erreichten den Datenträger nicht; {t}"},
+    {"the program was not running, or its rows did not reach the disk",
+     "das Programm lief nicht, oder seine Zeilen erreichten den Datenträger nicht"},
+    // Texts of earlier versions.
     {"the program was not running; {t}", "das Programm lief nicht; {t}"},
     {"the program was not running", "das Programm lief nicht"},
     {"the program was late", "das Programm war verspätet"},

@@ -101,8 +101,11 @@ MakeSafeExit exit_code(const RescueResult& result) {
 /// Escalation that the command line selects.
 enum class RescueMode { gentle, kill, insist };
 
+/// The process that acts: the guard of a run, or the command of an operator or a service manager.
+enum class Rescuer { guard, command };
+
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
-                                   const char* reason, const char* by);
+                                   const char* reason, Rescuer by);
 
 SafeStateChamber limit_observation(SafeStateChamber chamber) {
   chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kMaxServiceObservation);
@@ -115,6 +118,19 @@ void advance_relay(RelayRescue& relay, RelayDue due, TraceWriter& trail, ErrorPr
   if (!changed) return;
   printer.print(*changed);
   trail.note_relay(*changed);
+}
+
+std::string describe_unwritten(const TraceWriter& trail) {
+  const auto& fault = trail.write_fault();
+  return "no file could be written next to the record: " + (fault.empty() ? "the disk does not respond" : fault);
+}
+
+/// Waits until the trace is written. The guard may wait long, because no process waits for the guard.
+void wait_for_disk(TraceWriter& trail, Rescuer by, ErrorPrinter& printer) {
+  if (trail.settle(kFileTimeout)) return;
+  const Duration longest = by == Rescuer::guard ? kMissingTimeLimit : Duration(kMaxServiceObservation);
+  printer.print(describe_unwritten(trail) + fmt::format("; trying again for {} at most", format_duration(longest)));
+  if (!trail.settle(longest)) printer.print(describe_unwritten(trail));
 }
 
 /// Returns whether a later run has taken the chamber over, and notes it.
@@ -199,7 +215,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& path, RescueMod
   if (!chamber) return report_fault(printer, chamber.error(), MakeSafeExit::file);
   constexpr const char* kReason = "the program that drove it had ended";
   if (mode == RescueMode::insist)
-    return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason, kByHand);
+    return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason, Rescuer::command);
   if (!kill_process(by, kKillTimeout)) printer.print(fmt::format("cannot end process {}", by.pid));
   TraceWriter trail(**safe_state, kReason, kByHand);
   SafeRescue rescue(**safe_state, *chamber, printer);
@@ -219,8 +235,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& path, RescueMod
   trail.record(result);
   if (result.reached == SafeStage::all) trail.remove_safe_state();
   printer.print(trail.describe());
-  if (!trail.settle(kFileTimeout))
-    printer.print("the disk does not respond: no file could be written next to the record");
+  if (!trail.settle(kFileTimeout)) printer.print(describe_unwritten(trail));
   return exit_code(result);
 }
 
@@ -233,11 +248,11 @@ const char* describe(WatchEnd end) {
 /// the chamber, or has made the chamber safe. A program that merely holds the chamber's lock is no reason to end: it
 /// may leave the chamber as it is.
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
-                                   const char* reason, const char* by) {
+                                   const char* reason, Rescuer by) {
   SafeRescue rescue(safe_state, chamber, printer);
   if (!kill_process(safe_state.written_by, kKillTimeout))
     printer.print(fmt::format("cannot end process {}", safe_state.written_by.pid));
-  TraceWriter trail(safe_state, reason, by);
+  TraceWriter trail(safe_state, reason, by == Rescuer::guard ? "" : kByHand);
   RelayRescue relay(safe_state.also);
   auto result = rescue.attempt(relay.left());
   printer.print(reason);
@@ -254,9 +269,7 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
     std::this_thread::sleep_for(result.in_use ? Duration(kRetryPause) : rescue.pause());
   }
   if (result.reached == SafeStage::all) trail.remove_safe_state();
-  // No process waits for this one, so it may wait until the disk responds.
-  while (!trail.settle(kFileTimeout)) {
-  }
+  wait_for_disk(trail, by, printer);
   return exit_code(result);
 }
 
@@ -285,7 +298,7 @@ MakeSafeExit guard(ErrorPrinter& printer, const std::string& record) {
   const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
   for (;; std::this_thread::sleep_for(kRetryPause)) try {
       return make_safe_insistently(printer, *safe_state, is_service ? limit_observation(*chamber) : *chamber,
-                                   describe(end), "");
+                                   describe(end), Rescuer::guard);
       // An exception in a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
       printer.print(fmt::format("{}; retrying", failed.what()));
@@ -323,7 +336,7 @@ MakeSafeExit give_up(ErrorPrinter& printer, const std::string& path, const std::
     printer.print("no guard answers; its files are removed");
     TraceWriter trail(**safe_state, "the program that drove it had ended", kByHand);
     trail.note_given_up(order);
-    if (!trail.settle(kFileTimeout)) printer.print("the disk does not respond");
+    if (!trail.settle(kFileTimeout)) printer.print(describe_unwritten(trail));
   }
   if (const auto left = read_trace(record); left && *left) printer.print(describe(**left));
   printer.print("the chamber is NOT confirmed safe and nothing guards it: check it yourself");

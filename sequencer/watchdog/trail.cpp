@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/trail.hpp"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "core/clock.hpp"
@@ -14,9 +14,13 @@ namespace {
 
 constexpr Duration kReadWithin = std::chrono::seconds(2);
 constexpr Duration kMinTraceInterval = std::chrono::minutes(1), kMinChangeInterval = std::chrono::seconds(5);
-constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
 constexpr const char *kActive = "active", *kGone = "gone", *kFulfilled = "fulfilled", *kOtherRun = "another's";
 constexpr std::string_view kGiveUp = "give up: ";
+constexpr std::string_view kTakenOverWords = " has taken the chamber over and has a guard of its own";
+/// Pause before a failed write is repeated.
+constexpr Duration kWriteRetryInterval = std::chrono::seconds(5);
+/// Report of a child that has done its work.
+constexpr const char* kDone = "done";
 
 }  // namespace
 
@@ -70,36 +74,59 @@ void TraceWriter::remove_safe_state() {
 
 void TraceWriter::hand_over_to(const std::string& successor) {
   trace_.at = SteadyClock().now().utc;
-  trace_.details = fmt::format("{} has taken the chamber over and has a guard of its own", successor);
-  trace_to_write_ = safe_state_to_remove_ = keeps_foreign_safe_state_ = true;
+  trace_.details = successor + std::string(kTakenOverWords);
+  trace_to_write_ = safe_state_to_remove_ = true;
   start_pending_work();
 }
 
-/// Starts the pending work once the previous work is done.
-void TraceWriter::start_pending_work() {
-  if (writing_) {
-    (void)writing_->next({});
-    if (!writing_->has_ended()) return;
-    writing_.reset();
+/// Writes the trace and removes the files. Returns kDone, or the reason why the trace could not be written. Runs in a
+/// child process.
+std::string TraceWriter::carry_out(bool write, bool remove) const {
+  const auto& record = safe_state_.record;
+  const auto now = read_safe_state(safe_state_path(record));
+  if (now && *now && (*now)->written_by != safe_state_.written_by) {
+    if (!trace_.given_up.empty()) remove_give_up(record);
+    return kDone;
   }
-  if (!trace_to_write_ && !safe_state_to_remove_) return;
-  const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(safe_state_to_remove_, false);
-  writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& send_line) {
-    if (keeps_foreign_safe_state_ && read_orders() == kOtherRun) return;  // the files belong to a resumed run
-    if (write)
-      if (const auto left = write_trace(safe_state_.record, trace_); !left) send_line(text(left.error()));
-    if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
-    if (remove) remove_give_up(safe_state_.record);
-  });
+  if (write)
+    if (const auto left = write_trace(record, trace_); !left) return text(left.error());
+  if (remove) gyrotherm::watchdog::remove_safe_state(record);
+  if (remove) remove_give_up(record);
+  return kDone;
+}
+
+bool TraceWriter::collect_work(Duration within) {
+  if (!writing_) return true;
+  const Deadline deadline(within);
+  while (auto line = writing_->next(deadline.left())) work_report_ = std::move(*line);
+  if (!writing_->has_ended()) return false;
+  writing_.reset();
+  const bool is_done = work_report_ == kDone;
+  write_fault_ = is_done ? "" : std::move(work_report_);
+  retry_from_.reset();
+  if (is_done) return true;
+  retry_from_.emplace(kWriteRetryInterval);
+  trace_to_write_ = trace_to_write_ || is_writing_trace_;
+  safe_state_to_remove_ = safe_state_to_remove_ || is_removing_;
+  return true;
+}
+
+/// Starts the pending work once the previous work is done, and not soon after a failure.
+void TraceWriter::start_pending_work() {
+  if (!collect_work({}) || !has_pending_work() || (retry_from_ && !retry_from_->has_passed())) return;
+  is_writing_trace_ = std::exchange(trace_to_write_, false);
+  is_removing_ = std::exchange(safe_state_to_remove_, false);
+  work_report_.clear();
+  writing_ = std::make_unique<ChildWork>(
+      [this](const auto& send_line) { send_line(carry_out(is_writing_trace_, is_removing_)); });
 }
 
 bool TraceWriter::settle(Duration within) {
   const Deadline deadline(within);
-  for (start_pending_work(); writing_; start_pending_work()) {
-    (void)writing_->next(deadline.left());
-    if (deadline.has_passed()) break;
-  }
-  return !writing_ && !trace_to_write_ && !safe_state_to_remove_;
+  for (start_pending_work(); has_pending_work() && !deadline.has_passed(); start_pending_work())
+    if (collect_work(deadline.left()) && retry_from_)
+      std::this_thread::sleep_for(std::min(retry_from_->left(), deadline.left()));
+  return !has_pending_work();
 }
 
 std::string TraceWriter::read_orders() const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Writes the trace of make-safe next to the record. Separate processes write it, so a hanging disk does not block
-/// make-safe.
+/// make-safe. A write that fails, for example on a full disk, is repeated every five seconds. The safe-state file and
+/// the order to give up are removed only after the trace has been written. No file is changed if the safe-state file
+/// belongs to another run; an order to give up that was carried out is removed nevertheless.
 #pragma once
 
 #include <memory>
@@ -13,6 +15,9 @@
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm::watchdog {
+
+/// Longest time that a guard continues without its safe-state file, or waits for the disk after its last action.
+inline constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
 
 class TraceWriter {
  public:
@@ -30,11 +35,12 @@ class TraceWriter {
   void note_given_up(std::string who_and_why);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
-  /// Writes to the trace that a later run has taken the chamber over, and removes the safe-state file. Changes neither
-  /// file if the later run is a resume of this record. Never waits.
+  /// Writes to the trace that a later run has taken the chamber over, and removes the safe-state file. Never waits.
   void hand_over_to(const std::string& successor);
-  /// Returns true if everything has been written within that time.
+  /// Returns true if everything has been written within that time. Repeats writes that fail.
   [[nodiscard]] bool settle(Duration within);
+  /// Describes why the last write has failed: "disk full". Empty if it has not failed, or has not returned.
+  [[nodiscard]] const std::string& write_fault() const { return write_fault_; }
 
   /// Returns the order of a user to give up that find_end_reason() has found; empty if there is none.
   [[nodiscard]] const std::string& give_up_order() const { return give_up_order_; }
@@ -49,6 +55,10 @@ class TraceWriter {
 
  private:
   void start_pending_work();
+  /// Returns true if no work is in progress. After a failure, its parts are pending again.
+  bool collect_work(Duration within);
+  [[nodiscard]] bool has_pending_work() const { return writing_ || trace_to_write_ || safe_state_to_remove_; }
+  [[nodiscard]] std::string carry_out(bool write, bool remove) const;
   [[nodiscard]] std::string read_orders() const;
 
   const SafeState& safe_state_;
@@ -65,9 +75,14 @@ class TraceWriter {
   std::optional<Deadline> same_until_, changed_until_;
   std::optional<Deadline> gone_until_;
   bool trace_to_write_ = false, safe_state_to_remove_ = false;
+  /// The parts of the work in progress.
+  bool is_writing_trace_ = false, is_removing_ = false;
+  /// Last line of the work in progress.
+  std::string work_report_;
+  std::string write_fault_;
+  /// Time from which a failed write is repeated.
+  std::optional<Deadline> retry_from_;
   std::string give_up_order_;
-  /// The files are changed only if the safe-state file is that of this run.
-  bool keeps_foreign_safe_state_ = false;
   /// One at a time, so the newest trace is written last.
   std::unique_ptr<ChildWork> writing_;
   /// One at a time, so a hanging disk does not accumulate processes.

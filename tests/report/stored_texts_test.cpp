@@ -84,13 +84,22 @@ TEST(StoredTexts, TranslateWholeTextOrNothing) {
         std::pair("resumed", "resumed after 5 s; cause of the interruption: power"),
         std::pair("stopped", "aborted by root; the chamber was sent to 20 °C (set point read back; its fan hums)"),
         std::pair("note", "values of the file: T: 3 values, 1 to 2 °C; g: lost"),
-        std::pair("gap", "the program was not running; power"), std::pair("fault", "u1: no reply (3 ×)")})
+        std::pair("gap", "the program was not running; power"),
+        std::pair("gap", "the program was not running, or its rows were lost"),
+        std::pair("fault", "u1: no reply (3 ×)")})
     EXPECT_EQ(translate_event(kTranslated, kind, text), text);
 }
 
 TEST(StoredTexts, TranslateGapsAndFaults) {
   const auto event = [](const char* kind, const char* text) { return translate_event(kTranslated, kind, text); };
   EXPECT_EQ(event("gap", "the program was not running"), "das Programm lief nicht");
+  EXPECT_EQ(event("gap", "the program was not running, or its rows did not reach the disk"),
+            "das Programm lief nicht, oder seine Zeilen erreichten den Datenträger nicht");
+  EXPECT_EQ(event("gap",
+                  "the program was not running, or its rows did not reach the disk; by the wall clock it was down for "
+                  "5 min 00 s, but the machine was started 2 min 00 s ago"),
+            "das Programm lief nicht, oder seine Zeilen erreichten den Datenträger nicht; nach der Uhr stand es "
+            "5 min 00 s still, doch der Rechner wurde erst vor 2 min 00 s gestartet");
   EXPECT_EQ(event("gap",
                   "the program was not running; there is no status file of this run: it was down for 1 h 00 min "
                   "00 s according to the wall clock only"),

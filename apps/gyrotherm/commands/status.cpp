@@ -249,7 +249,8 @@ Result<record::RunStatus> read_present_status(const std::string& path) {
 std::string guard_lines(const record::RunStatus& status) {
   std::string text;
   for (const auto& guard : find_guards(status.path))
-    text += fmt::format("  guard: process {} makes the chamber safe, or waits until it can\n", guard.pid);
+    text += fmt::format("  guard: process {} makes the chamber safe, waits until it can, or waits for the disk\n",
+                        guard.pid);
   const bool is_dead = !status.being_written && !status.finished;
   if (text.empty() && is_dead && record::path_exists(watchdog::safe_state_path(status.path)))
     text = fmt::format(

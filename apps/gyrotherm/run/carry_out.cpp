@@ -327,7 +327,7 @@ Result<void> append_absence(record::Store& store, const run::InterruptedRun& int
                             std::int64_t last) {
   if (last < first) return {};
   const auto cause = interruption.why_unknown.empty() ? "" : "; " + interruption.why_unknown;
-  return store.append_gap(first, last, "the program was not running" + cause);
+  return store.append_gap(first, last, "the program was not running, or its rows did not reach the disk" + cause);
 }
 
 // A run begins or resumes in two steps: prepare_opening() acquires the chamber and assembles the rig; the rig then

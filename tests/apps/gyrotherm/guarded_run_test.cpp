@@ -69,6 +69,26 @@ TEST_F(GuardedRun, LeavesChamberSafeWithinTwentySecondsWhenKilled) {
   EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
 }
 
+/// A folder in the way of the trace refuses the write, as a full disk does.
+TEST_F(GuardedRun, KeepsEvidenceUntilDiskAcceptsIt) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  std::filesystem::create_directory(record + ".made-safe");
+  run.signal(SIGKILL);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  const std::string waits = "no file could be written next to the record: ";
+  for (int i = 0; i < 1200 && run.output().find(waits) == std::string::npos; ++i) shell("sleep 0.1");
+  EXPECT_NE(run.output().find(waits), std::string::npos) << run.output();
+  EXPECT_TRUE(std::filesystem::exists(record + ".safe-state"));
+  EXPECT_FALSE(find_guards(record).empty()) << "the guard waits for the disk";
+  std::filesystem::remove(record + ".made-safe");
+  for (int i = 0; i < 600 && std::filesystem::exists(record + ".safe-state"); ++i) shell("sleep 0.1");
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
+}
+
 TEST_F(GuardedRun, EndsManualModeAndObservesAirWhenKilled) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();

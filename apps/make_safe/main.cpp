@@ -305,15 +305,26 @@ MakeSafeExit guard(ErrorPrinter& printer, const std::string& record) {
     }
 }
 
-/// Waits until the guard has carried out the order to give up.
+/// Returns true if the chamber was confirmed safe, and the guard needs no order any more.
+bool has_guard_finished(const std::string& record) {
+  const auto trace = read_trace(record);
+  return !has_safe_state(record) && trace && *trace && (*trace)->confirmed;
+}
+
+/// Waits until the guard has carried out the order to give up, or has finished without it.
 bool wait_for_guard(const std::string& record) {
   for (const Deadline limit(kGiveUpTimeout); !limit.has_passed();
-       std::this_thread::sleep_for(std::chrono::milliseconds(200)))
+       std::this_thread::sleep_for(std::chrono::milliseconds(200))) {
     if (read_give_up(record).empty()) return true;
+    if (!has_guard_finished(record)) continue;
+    remove_give_up(record);
+    return true;
+  }
   return false;
 }
 
-/// Orders the guard of a run to give up. Without a guard, leaves the trace itself. Commands no chamber.
+/// Orders the guard of a run to give up. Without a guard, leaves the trace itself. Commands no chamber. Returns `safe`
+/// if the guard confirms the chamber meanwhile, and `in_use` if a later run takes the chamber over.
 MakeSafeExit give_up(ErrorPrinter& printer, const std::string& path, const std::string& reason) {
   const auto record = find_record(path);
   const auto safe_state = read_safe_state(safe_state_path(record));
@@ -338,7 +349,12 @@ MakeSafeExit give_up(ErrorPrinter& printer, const std::string& path, const std::
     trail.note_given_up(order);
     if (!trail.settle(kFileTimeout)) printer.print(describe_unwritten(trail));
   }
-  if (const auto left = read_trace(record); left && *left) printer.print(describe(**left));
+  const auto trace = read_trace(record);
+  const bool has_trace = trace && *trace;
+  if (has_trace) printer.print(describe(**trace));
+  // The guard may have finished before it read the order.
+  if (has_trace && (*trace)->given_up.empty() && (*trace)->confirmed) return MakeSafeExit::safe;
+  if (has_trace && is_taken_over(**trace)) return MakeSafeExit::in_use;
   printer.print("the chamber is NOT confirmed safe and nothing guards it: check it yourself");
   return MakeSafeExit::not_confirmed;
 }

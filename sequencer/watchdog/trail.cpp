@@ -24,6 +24,10 @@ constexpr const char* kDone = "done";
 
 }  // namespace
 
+bool is_taken_over(const MadeSafe& trace) {
+  return trace.given_up.empty() && !trace.confirmed && trace.details.ends_with(kTakenOverWords);
+}
+
 TraceWriter::TraceWriter(const SafeState& safe_state, std::string because, std::string by)
     : safe_state_(safe_state), began_(SteadyClock().now().utc) {
   trace_ = {.at = began_,

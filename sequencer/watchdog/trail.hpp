@@ -19,6 +19,9 @@ namespace gyrotherm::watchdog {
 /// Longest time that a guard continues without its safe-state file, or waits for the disk after its last action.
 inline constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
 
+/// Returns true if the trace states that a later run has taken the chamber over.
+[[nodiscard]] bool is_taken_over(const MadeSafe& trace);
+
 class TraceWriter {
  public:
   /// `safe_state` must outlive this object.

@@ -204,6 +204,56 @@ TEST(MakeSafe, GivesUpOnlyRecords) {
   }
 }
 
+/// Runs --give-up beside a guard, which a shell plays: it waits for the order, leaves the trace, and executes `then`.
+Ran give_up_beside_guard(const Folder& folder, bool confirmed, const std::string& details, const std::string& then) {
+  const auto record = folder / "run.db";
+  std::ofstream(record) << "SQLite format 3";
+  std::ofstream(record + ".safe-state")
+      << "schema = \"gyrotherm-safe-state/2\"\nrecord = \"" << record
+      << "\"\nline = \"tcp://127.0.0.1:1\"\nlink = \"tcp\"\nlink_settings = {}\nword_order = \"of the map\"\n"
+         "safe_set_point_c = 20\nswitch_off = false\nby_program = false\nobserve_s = 60\nsettings = {}\n"
+         "pid = 999999999\nstarted = 1\nboot = \"another\"\nmap = []\n";
+  std::ofstream(folder / "trace") << "schema = \"gyrotherm-made-safe/1\"\nat = \"2026-01-01T00:00:00Z\"\n"
+                                     "utc_ns = 1767225600000000000\nbecause = \"the program that drove it hung\"\n"
+                                     "set_point_c = 20\nconfirmed = "
+                                  << (confirmed ? "true" : "false") << "\ndetails = \"" << details << "\"\n";
+  return shell("cd " + (folder / "") + " && (while [ ! -e run.db.give-up ]; do sleep 0.05; done; " +
+               "cp trace run.db.made-safe; " + then + ") & " + GYROTHERM_PROGRAM + "-make-safe --give-up " + record +
+               " 'chamber switched off'");
+}
+
+TEST(MakeSafe, ReportsChamberSafeIfGuardConfirmsItMeanwhile) {
+  for (const char* then : {"rm run.db.safe-state run.db.give-up", "rm run.db.safe-state"}) {
+    const Folder folder;
+    const auto ran = give_up_beside_guard(folder, true, "air near 20 °C", then);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_NE(ran.err.find("made safe by the guard at 2026-01-01T00:00:00Z"), std::string::npos) << ran.err;
+    EXPECT_EQ(ran.err.find("NOT confirmed"), std::string::npos) << ran.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "run.db.give-up")) << then;
+  }
+}
+
+TEST(MakeSafe, ReportsLaterRunThatHasTakenChamberOver) {
+  const Folder folder;
+  const auto ran = give_up_beside_guard(folder, false,
+                                        "process 7 of ada (uid 1000), record /d/run.db has taken the chamber over "
+                                        "and has a guard of its own",
+                                        "rm run.db.safe-state run.db.give-up");
+  EXPECT_EQ(ran.exit_code, 5) << ran.err;
+  EXPECT_NE(ran.err.find("process 7 of ada"), std::string::npos) << ran.err;
+  EXPECT_EQ(ran.err.find("nothing guards it"), std::string::npos) << ran.err;
+}
+
+TEST(MakeSafe, WarnsIfGuardGivesUpUnconfirmedChamber) {
+  const Folder folder;
+  const auto ran = give_up_beside_guard(folder, false, "mode NOT shown: holding",
+                                        "printf 'given_up = \"ada: done\"\\n' >>run.db.made-safe; "
+                                        "rm run.db.safe-state run.db.give-up");
+  EXPECT_EQ(ran.exit_code, 3) << ran.err;
+  EXPECT_NE(ran.err.find("GIVEN UP by the guard"), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("nothing guards it"), std::string::npos) << ran.err;
+}
+
 TEST(MakeSafe, RefusesUnknownOptionAndEmptyPath) {
   const auto misspelt = shell(std::string(GYROTHERM_PROGRAM) + "-make-safe --kil run.db");
   EXPECT_EQ(misspelt.exit_code, 2);

@@ -119,5 +119,19 @@ TEST(Trail, LeavesFilesOfResumedRun) {
   EXPECT_FALSE(read_trace(state.record).value());
 }
 
+TEST(Trail, StatesThatLaterRunHasTakenOver) {
+  const tests::TestFolder folder;
+  const auto state = state_of_run(folder / "run.db");
+  ASSERT_TRUE(write_safe_state(state));
+  TraceWriter trail(state, kHung);
+  trail.hand_over_to("process 7 of ada (uid 1000), record /d/later.db");
+  ASSERT_TRUE(trail.settle(seconds(60)));
+  auto trace = read_trace(state.record).value().value();
+  EXPECT_TRUE(is_taken_over(trace));
+  EXPECT_FALSE(has_safe_state(state));
+  trace.given_up = "ada: wrong map";
+  EXPECT_FALSE(is_taken_over(trace));
+}
+
 }  // namespace
 }  // namespace gyrotherm::watchdog

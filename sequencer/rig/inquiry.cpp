@@ -38,6 +38,14 @@ std::string describe_failed(const RoundTrips& trips) {
 
 }  // namespace
 
+Fault name_instrument(const std::string& title, Fault fault) {
+  auto& where = fault.where;
+  if (where.empty()) where = title;
+  const bool is_named = where == title || where.starts_with(title + " ") || where.starts_with(title + ":");
+  if (!is_named) where = title + ": " + where;
+  return fault;
+}
+
 RoundTrips time_calls(const std::function<Result<void>()>& call, const Clock& clock) {
   std::vector<Duration> times;
   RoundTrips trips;

@@ -18,6 +18,10 @@
 
 namespace gyrotherm::rig {
 
+/// Puts the title of an instrument in front of the position of a fault, unless the position begins with it: "chamber:
+/// tcp 10.0.0.5:502".
+[[nodiscard]] Fault name_instrument(const std::string& title, Fault fault);
+
 /// Durations of the successful ones of ten calls; zero if all failed.
 struct RoundTrips {
   Duration least{}, median{}, most{};

@@ -163,8 +163,11 @@ std::string suggest_remedy(FaultKind kind, const drivers::RegisterMap* chamber) 
   }
 }
 
+/// Returns the place of an instrument: "on tcp://10.0.0.5:502".
+std::string on_line(const auto& settings) { return "on " + settings.line; }
+
 std::string describe_line(const GyroLine& line) {
-  return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
+  return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : on_line(line);
 }
 
 /// Instruments on their lines, and the InstrumentIo that reads them.
@@ -187,24 +190,14 @@ class AssembledRig : public Rig {
 
   std::vector<Result<std::string>> query_instruments() override {
     const SteadyClock watch;
-    // The description of a silent instrument names its line and the instrument expected there.
-    const auto titled = [this](const std::string& title, const std::string& place, Result<std::string> answer) {
-      if (answer) {
-        const bool is_marked = is_unexpectedly_virtual(*answer);
-        return Result<std::string>(plain(title + ": " + *answer + (is_marked ? "; SIMULATED: it is virtual" : "")));
-      }
-      auto& [kind, where, what] = answer.error();
-      where = where.empty() || where == title ? title : title + ": " + where;
-      what += " (" + place + ")";
-      if (const auto remedy = suggest_remedy(kind, title == kChamberTitle ? &file_.chamber_map : nullptr);
-          !remedy.empty())
-        what += "; " + remedy;
-      return answer;
+    const auto titled = [this](const std::string& title, const std::string& place, const Result<std::string>& answer) {
+      if (!answer) return Result<std::string>(failure(explain(title, place, answer.error())));
+      const bool is_marked = is_unexpectedly_virtual(*answer);
+      return Result<std::string>(plain(title + ": " + *answer + (is_marked ? "; SIMULATED: it is virtual" : "")));
     };
-    std::vector<Result<std::string>> answers{
-        titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), query_chamber(watch))};
+    std::vector<Result<std::string>> answers{titled(kChamberTitle, chamber_place(), query_chamber(watch))};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      answers.push_back(titled(thermometer_title(i), "on " + file_.thermometers[i].line,
+      answers.push_back(titled(thermometer_title(i), on_line(file_.thermometers[i]),
                                query_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     if (answers.front())
       if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
@@ -221,11 +214,11 @@ class AssembledRig : public Rig {
                                    : query_gyro(*gyro, line, file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
-      answers.push_back(titled(analogue_title(i), "on " + file_.analogue_inputs[i].line,
+      answers.push_back(titled(analogue_title(i), on_line(file_.analogue_inputs[i]),
                                query_analogue(*analogue_[i], analogue_readings(i), watch)));
     for (std::size_t i = 0; i < supplies_.size(); ++i)
-      answers.push_back(titled(supply_title(i), "on " + file_.supplies[i].line,
-                               query_supply(*supplies_[i], file_.supplies[i], watch)));
+      answers.push_back(
+          titled(supply_title(i), on_line(file_.supplies[i]), query_supply(*supplies_[i], file_.supplies[i], watch)));
     return answers;
   }
 
@@ -291,6 +284,28 @@ class AssembledRig : public Rig {
   void end_sampling() { io_.reset(); }
 
  private:
+  /// Names in a fault the instrument, its place, and what to check.
+  [[nodiscard]] Fault explain(const std::string& title, const std::string& place, Fault fault) const {
+    fault = name_instrument(title, std::move(fault));
+    fault.what += " (" + place + ")";
+    const auto remedy = suggest_remedy(fault.kind, title == kChamberTitle ? &file_.chamber_map : nullptr);
+    if (!remedy.empty()) fault.what += "; " + remedy;
+    return fault;
+  }
+  [[nodiscard]] std::string chamber_place() const {
+    return fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line);
+  }
+  [[nodiscard]] Fault explain_chamber(Fault fault) const {
+    return explain(kChamberTitle, chamber_place(), std::move(fault));
+  }
+  [[nodiscard]] Fault explain_supply(std::size_t index, Fault fault) const {
+    return explain(supply_title(index), on_line(file_.supplies[index]), std::move(fault));
+  }
+  [[nodiscard]] Fault explain_gyro(std::size_t line, Fault fault) const {
+    const auto& settings = file_.gyro_lines[line];
+    return explain(line_title(settings, file_.units), describe_line(settings), std::move(fault));
+  }
+
   /// Makes the InstrumentIo for the rig's kind of time, and starts its clock.
   [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
 
@@ -319,14 +334,14 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < supplies_.size(); ++i) {
       auto& supply = *supplies_[i];
       if (const auto known = query_with_retries([&] { return supply.identify(); }); !known)
-        return failure(known.error());
+        return failure(explain_supply(i, known.error()));
       const auto before = read_supply(i);
-      if (!before) return failure(before.error());
+      if (!before) return failure(explain_supply(i, before.error()));
       was_on_.push_back(*before);
       if (power_ != drivers::PowerDemand::keep) supply.demand(power_);
       if (auto done = finish_demand(i); !done) return done;
       const auto after = read_supply(i);
-      if (!after) return failure(after.error());
+      if (!after) return failure(explain_supply(i, after.error()));
       if (!*after) permit_silence(i);
     }
     return {};
@@ -443,9 +458,9 @@ class AssembledRig : public Rig {
 
   Result<FoundChamber> inspect_chamber() {
     const auto state = query_with_retries([&] { return chamber_->inspect(); });
-    if (!state) return failure(state.error());
+    if (!state) return failure(explain_chamber(state.error()));
     const auto limits = query_with_retries([&] { return chamber_->limits(); });
-    if (!limits) return failure(limits.error());
+    if (!limits) return failure(explain_chamber(limits.error()));
     return FoundChamber{.state = *state,
                         .limits = *limits,
                         .missing = chamber_->missing(),
@@ -459,19 +474,19 @@ class AssembledRig : public Rig {
   /// description of the stored program.
   Result<std::string> start_chamber(Celsius first, const drivers::ChamberProgram* program) {
     const auto moved = chamber_->send_set_point(first).and_then([&] { return chamber_->start(); });
-    if (!moved) return failure(moved.error());
+    if (!moved) return failure(name_instrument(kChamberTitle, moved.error()));
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
-    if (!kept) return kept;
+    if (!kept) return failure(name_instrument(kChamberTitle, kept.error()));
     let_pass(1);
     // The first frame may arrive only after a whole period, which is longer than one read waits.
     const Deadline booted(boot_time());
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       auto origin = query_with_retries([&] { return gyros_[i]->wait_for_origin(); });
       while (!origin && !may_be_off_[i] && !booted.has_passed()) origin = gyros_[i]->wait_for_origin();
-      if (!origin && !may_be_off_[i]) return failure(origin.error());
+      if (!origin && !may_be_off_[i]) return failure(explain_gyro(i, origin.error()));
     }
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
-      return failure(started.error());
+      return failure(name_instrument(kChamberTitle, started.error()));
     return kept;
   }
 
@@ -487,31 +502,37 @@ class AssembledRig : public Rig {
   Result<void> open_gyros() {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (auto open = query_with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
+      if (auto open = query_with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i])
+        return failure(explain_gyro(i, open.error()));
     return {};
   }
 
   /// An instrument whose identity is queried. A gyro that may be switched off need not answer.
   struct IdentifiedInstrument {
-    std::string title;
+    std::string title, place;
     drivers::Identified& instrument;
     bool may_be_off = false;
   };
   [[nodiscard]] std::vector<IdentifiedInstrument> identified_instruments() {
-    std::vector<IdentifiedInstrument> all{{kChamberTitle, *chamber_}};
-    for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({thermometer_title(i), *thermometers_[i]});
-    for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({analogue_title(i), *analogue_[i]});
-    for (std::size_t i = 0; i < supplies_.size(); ++i) all.push_back({supply_title(i), *supplies_[i]});
-    for (std::size_t i = 0; i < gyros_.size(); ++i)
-      all.push_back({line_title(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
+    std::vector<IdentifiedInstrument> all{{kChamberTitle, chamber_place(), *chamber_}};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i)
+      all.push_back({thermometer_title(i), on_line(file_.thermometers[i]), *thermometers_[i]});
+    for (std::size_t i = 0; i < analogue_.size(); ++i)
+      all.push_back({analogue_title(i), on_line(file_.analogue_inputs[i]), *analogue_[i]});
+    for (std::size_t i = 0; i < supplies_.size(); ++i)
+      all.push_back({supply_title(i), on_line(file_.supplies[i]), *supplies_[i]});
+    for (std::size_t i = 0; i < gyros_.size(); ++i) {
+      const auto& line = file_.gyro_lines[i];
+      all.push_back({line_title(line, file_.units), describe_line(line), *gyros_[i], may_be_off_[i]});
+    }
     return all;
   }
 
   Result<std::vector<std::string>> query_identities() {
     std::vector<std::string> names;
-    for (const auto& [title, instrument, may_be_off] : identified_instruments()) {
+    for (const auto& [title, place, instrument, may_be_off] : identified_instruments()) {
       const auto answer = query_with_retries([&] { return instrument.identify(); });
-      if (!answer && !may_be_off) return failure(answer.error());
+      if (!answer && !may_be_off) return failure(explain(title, place, answer.error()));
       if (!answer || answer->empty()) continue;
       for (const auto& line : file_.gyro_lines)
         if (title == line_title(line, file_.units))

@@ -10,6 +10,8 @@
 
 #include "core/process.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "sequencer/rig/inquiry.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 
@@ -130,7 +132,8 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
   if (is_waiting_for_air(second.sample.chamber.value->air)) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
   const auto sent = path_.advance(io, second.goal, second.at);
-  return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));
+  return sent || path_.refusals() != 1 ? std::nullopt
+                                       : std::optional(text(rig::name_instrument(rig::kChamberTitle, sent.error())));
 }
 
 namespace {

@@ -25,6 +25,8 @@ struct BenchChamber {
   bool silent{};
   /// Refuses set points with an exception.
   bool refuses{};
+  /// Position in the fault of a refused set point.
+  std::string fault_place = "chamber";
   /// Refuses the command that switches it off.
   bool refuses_off{};
   /// Acknowledges set points but keeps the previous one, which the read-back reveals.
@@ -77,7 +79,7 @@ class BenchIo final : public io::InstrumentIo {
   }
   Result<void> send_set_point(Celsius target) override {
     if (chamber_.silent) return silence("chamber");
-    if (chamber_.refuses) return failure(FaultKind::refused, "chamber", "exception 4");
+    if (chamber_.refuses) return failure(FaultKind::refused, chamber_.fault_place, "exception 4");
     chamber_.sent_c.push_back(target.value);
     if (chamber_.ignores) return failure(FaultKind::mismatch, "chamber", "reads otherwise than was written");
     chamber_.set_point_c = target.value;

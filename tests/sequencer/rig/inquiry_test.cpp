@@ -11,6 +11,7 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "sequencer/rig/rig.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -219,6 +220,76 @@ TEST(Inquiry, PrintsIdentityAndReadingsOfEveryInstrument) {
   expect(2, "shell ");
   expect(3, "gyro: kvh-17xx-a frames, ");
   expect(3, "2 frames seen, 0 lost, 0 bad");
+}
+
+TEST(Inquiry, NamesInstrumentOnceInFault) {
+  const auto place = [](const std::string& title, const std::string& where) {
+    return name_instrument(title, {FaultKind::timeout, where, "no reply"}).where;
+  };
+  EXPECT_EQ(place("gyro", ""), "gyro");
+  EXPECT_EQ(place("gyro", "gyro"), "gyro");
+  EXPECT_EQ(place("gyro", "gyro: stim300"), "gyro: stim300");
+  EXPECT_EQ(place("chamber", "chamber stop"), "chamber stop");
+  EXPECT_EQ(place("thermometer 1", "thermometer 10"), "thermometer 1: thermometer 10");
+  EXPECT_EQ(place("supply 2", "tcp 10.0.0.9:5025"), "supply 2: tcp 10.0.0.9:5025");
+}
+
+/// Ports of a real rig on the loopback interface. The ports below 10 are closed.
+struct LoopbackPorts {
+  std::uint16_t chamber = 1, gyro = 4;
+};
+
+/// Prepares the rig and returns the fault.
+Fault fault_of_preparation(const LoopbackPorts& ports) {
+  const std::string folder = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
+  auto lines = read_text_file(folder + "example-f4t-lakeshore-kvh.toml").value();
+  const std::string key = "\nline = \"";
+  auto at = lines.find(key);
+  for (const auto port : {ports.chamber, std::uint16_t{2}, std::uint16_t{3}, ports.gyro}) {
+    at += key.size();
+    lines.replace(at, lines.find('"', at) - at, fmt::format("tcp://127.0.0.1:{}", port));
+    at = lines.find(key, at);
+  }
+  EXPECT_EQ(at, std::string::npos);
+  const auto file = parse_rig(lines, folder + "mine.toml");
+  EXPECT_TRUE(file) << text(file.error());
+  if (!file) return {};
+  const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});
+  EXPECT_TRUE(rig) << text(rig.error());
+  const auto prepared = (*rig)->prepare(Celsius{20});
+  EXPECT_FALSE(prepared);
+  return prepared ? Fault{} : prepared.error();
+}
+
+TEST(Preparation, NamesInstrumentThatCannotBeReached) {
+  const auto gyro = fault_of_preparation({});
+  EXPECT_EQ(gyro.kind, FaultKind::disconnected);
+  EXPECT_TRUE(gyro.where.starts_with("gyro: tcp 127.0.0.1:4")) << gyro.where;
+  EXPECT_NE(gyro.what.find("check its power"), std::string::npos) << gyro.what;
+
+  const drivers::LoopbackServer silent([](auto) { return drivers::Answer{}; });
+  const auto chamber = fault_of_preparation({.gyro = silent.address().port});
+  EXPECT_EQ(chamber.kind, FaultKind::disconnected);
+  EXPECT_TRUE(chamber.where.starts_with("chamber: ")) << chamber.where;
+  EXPECT_NE(chamber.what.find(" on tcp://127.0.0.1:1)"), std::string::npos) << chamber.what;
+}
+
+/// The map belongs to another controller, which refuses each register.
+TEST(Preparation, NamesChamberWhoseMapIsWrong) {
+  const drivers::LoopbackServer silent([](auto) { return drivers::Answer{}; });
+  const drivers::LoopbackServer another([](std::span<const std::byte> request) {
+    constexpr std::size_t kHeader = 7;
+    constexpr auto kException = std::byte{0x80}, kIllegalAddress = std::byte{2};
+    std::vector<std::byte> reply(request.begin(), request.begin() + kHeader + 1);
+    reply[kHeader - 2] = std::byte{3};  // unit, function and exception
+    reply[kHeader] |= kException;
+    reply.push_back(kIllegalAddress);
+    return drivers::Answer{reply};
+  });
+  const auto chamber = fault_of_preparation({.chamber = another.address().port, .gyro = silent.address().port});
+  EXPECT_EQ(chamber.kind, FaultKind::refused);
+  EXPECT_TRUE(chamber.where.starts_with("chamber: modbus 127.0.0.1")) << chamber.where;
+  EXPECT_NE(chamber.what.find("check that the map fits"), std::string::npos) << chamber.what;
 }
 
 TEST(Inquiry, ReadsGyroWithoutClockByRigClock) {

@@ -68,6 +68,26 @@ TEST(BrokenRig, OpenDoorStopsClockAndShortensNoSoak) {
   EXPECT_GE(soaked, 600);
 }
 
+TEST(BrokenRig, NamesChamberInFaultOfSetPoint) {
+  for (const std::string place : {"modbus 10.0.0.5:502 unit 1 write 288+1", "", "chamber", "chamber write"}) {
+    tests::Bench bench(kSoak);
+    bench.seconds(200);
+    bench.chamber().fault_place = place;
+    bench.chamber().refuses = true;
+    bench.seconds(20);
+    bench.chamber().refuses = false;
+    bench.seconds(20);
+    const auto& events = bench.record().events;
+    const auto fault = std::ranges::find_if(events, [](const auto& event) {
+      return event.kind == EventKind::fault && event.text.ends_with(": exception 4");
+    });
+    ASSERT_NE(fault, events.end()) << place;
+    EXPECT_TRUE(fault->text.starts_with("chamber")) << fault->text;
+    EXPECT_EQ(fault->text.find("chamber: chamber"), std::string::npos) << fault->text;
+    EXPECT_NE(fault->text.find(place), std::string::npos) << fault->text;
+  }
+}
+
 TEST(BrokenRig, RampsRestartedChamberBackFromAir) {
   tests::Bench bench(kSoak);
   bench.seconds(500);

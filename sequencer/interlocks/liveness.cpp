@@ -37,6 +37,9 @@ constexpr double kResponseShare = 0.05;  ///< share of response_step
 constexpr int kStuckReadings = 120;
 /// The fastest plausible change of a solid body's temperature. Applies even if the rig file has a lower limit.
 constexpr CelsiusPerMinute kFastestBody{15};
+/// Readings that give the motion of a channel. The motion includes the updates of a chamber that shows a new value
+/// every few seconds.
+constexpr std::size_t kStepsOfMotion = 5;
 
 /// Updates the time since the set point last moved. Switching a unit on or off restarts that time, because the unit's
 /// temperature then changes.
@@ -201,22 +204,74 @@ void update_response(const InterlockLimits& limits, const Sample& sample, Respon
     memory.demanded_change = std::max(memory.demanded_change, abs(chamber->set_point - *memory.set_point));
 }
 
-/// Sums changes that are too fast for a solid body. A jump and its reversal cancel each other.
+/// Returns the speed of a step in the direction of `sign`, in K/s.
+double directed_speed(const MotionStep& step, double sign) {
+  const double seconds = to_seconds(step.time);
+  return seconds > 0 ? std::copysign(1, sign) * step.change.value / seconds : 0;
+}
+
+/// Returns the speed, in K/s, that the air and the other thermometers give as the cause of a change in the direction of
+/// `sign`. A motion of the air is real. The others count only if they have moved for some time: all channels of one
+/// instrument may jump together.
+double explained_speed(const LivenessMemory& memory, std::size_t column, double sign) {
+  std::vector<double> others;
+  for (std::size_t i = 0; i < memory.past.size(); ++i)
+    if (i != column && memory.past[i].motion.step()) others.push_back(memory.past[i].motion.sustained(sign));
+  double speed = std::max(0.0, memory.air_motion.fastest(sign));
+  if (others.empty()) return speed;
+  const auto median = others.begin() + static_cast<std::ptrdiff_t>((others.size() - 1) / 2);
+  std::ranges::nth_element(others, median);
+  return std::max(speed, *median);
+}
+
+/// Returns whether a change is too fast for a solid body, and faster than the changes of everything else.
+bool is_jump(const LivenessMemory& memory, std::size_t column, const MotionStep& step, double fastest_body) {
+  const double change = step.change.value, seconds = to_seconds(step.time);
+  if (std::abs(change) <= fastest_body * seconds) return false;
+  return std::abs(change) > (fastest_body + explained_speed(memory, column, change)) * seconds;
+}
+
+/// Returns whether a body only continues its motion towards the air, as a heavy part does after a fast change.
+bool follows_air(const RecentMotion& motion, const MotionStep& step, const std::optional<Celsius>& air,
+                 double fastest_body) {
+  const double change = step.change.value;
+  if (!air || (*air - *motion.last()).value * change <= 0) return false;
+  return std::abs(change) <= (fastest_body + std::max(0.0, motion.previous(change))) * to_seconds(step.time);
+}
+
+/// Withdraws recent jumps that the present motion of everything else explains: at the beginning of a fast change the
+/// others may not have moved yet.
+void withdraw_jumps(const LivenessMemory& memory, std::size_t column, double fastest_body, ThermometerPast& past) {
+  std::erase_if(past.recent_jumps, [&](RecentJump& jump) {
+    if (++jump.age > kStepsOfMotion) return true;
+    if (is_jump(memory, column, jump.step, fastest_body)) return false;
+    past.jumped = past.jumped - jump.step.change;
+    return true;
+  });
+}
+
+/// Sums the jumps of each thermometer. A jump and its reversal cancel each other.
 void update_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
                   LivenessMemory& memory) {
+  const auto time = second.elapsed + second.missed;
   memory.past.resize(sample.thermometers.size());
+  const auto air = sample.chamber.value ? std::optional(sample.chamber.value->air) : std::nullopt;
+  memory.air_motion.add(air, time);
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    memory.past[i].motion.add(known_value(sample.thermometers[i]), time);
+  const double fastest_body = std::max(kFastestBody, limits.thermometers_fastest).value / 60;
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     auto& past = memory.past[i];
-    past.unseen += second.elapsed + second.missed;
-    const auto value = known_value(sample.thermometers[i]);
-    if (!value) continue;
-    const auto before = std::exchange(past.last, value);
-    const auto unseen = std::exchange(past.unseen, Duration{});
-    if (!before) continue;
-    if (abs(*value - *before) > std::max(kFastestBody, limits.thermometers_fastest) * unseen)
-      past.jumped = past.jumped + (*value - *before);
-    else if (abs(past.jumped) <= limits.drift)
+    const auto step = past.motion.step();
+    if (!step) continue;
+    withdraw_jumps(memory, i, fastest_body, past);
+    if (is_jump(memory, i, *step, fastest_body) && !follows_air(past.motion, *step, air, fastest_body)) {
+      past.jumped = past.jumped + step->change;
+      past.recent_jumps.push_back({.step = *step});
+    } else if (abs(past.jumped) <= limits.drift) {
       past.jumped = {};
+      past.recent_jumps.clear();
+    }
   }
 }
 
@@ -261,6 +316,39 @@ std::optional<double> LastMinute::last() const {
 double LastMinute::pace() const {
   if (values_.size() < kLeastReadingsOfPace) return 0;
   return (values_.back() - values_.front()) / static_cast<double>(values_.size() - 1);
+}
+
+void RecentMotion::add(const std::optional<Celsius>& value, Duration elapsed) {
+  unseen_ += elapsed;
+  has_step_ = value && last_;
+  if (!value) return;
+  const auto time = std::exchange(unseen_, Duration{});
+  const auto before = std::exchange(last_, value);
+  if (!before) return;
+  steps_.push_back({.change = *value - *before, .time = time});
+  if (steps_.size() > kStepsOfMotion) steps_.pop_front();
+}
+
+std::optional<MotionStep> RecentMotion::step() const { return has_step_ ? std::optional(steps_.back()) : std::nullopt; }
+
+double RecentMotion::mean(std::size_t omitted) const {
+  double change = 0, seconds = 0;
+  for (std::size_t i = 0; i + omitted < steps_.size(); ++i)
+    change += steps_[i].change.value, seconds += to_seconds(steps_[i].time);
+  return seconds > 0 ? change / seconds : 0;
+}
+
+double RecentMotion::previous(double sign) const { return std::copysign(1, sign) * mean(1); }
+
+double RecentMotion::fastest(double sign) const {
+  if (!has_step_) return 0;
+  return std::max(directed_speed(steps_.back(), sign), std::copysign(1, sign) * mean());
+}
+
+double RecentMotion::sustained(double sign) const {
+  if (!has_step_ || steps_.size() < 2) return 0;
+  const double both = std::min(directed_speed(steps_.back(), sign), directed_speed(steps_[steps_.size() - 2], sign));
+  return std::max(both, std::copysign(1, sign) * mean());
 }
 
 double Noise::improbability() const { return -identical_ * std::log1p(-std::min(share_, kMaxNoiseShare)); }

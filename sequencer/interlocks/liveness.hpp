@@ -98,11 +98,50 @@ struct ResponseMemory {
   Kelvins demanded_change{};
 };
 
-/// The last reading of one thermometer, and the sum of its jumps.
+/// Change between two readings of a channel, and the time between them.
+struct MotionStep {
+  Kelvins change{};
+  Duration time{};
+};
+
+/// The motion of a channel over its latest readings.
+class RecentMotion {
+ public:
+  /// Adds a second. `value` is empty if it has no reading; its time then counts to the next step.
+  void add(const std::optional<Celsius>& value, Duration elapsed);
+
+  /// Returns the change since the previous reading; empty if this second has no reading, or no reading precedes it.
+  [[nodiscard]] std::optional<MotionStep> step() const;
+  /// Returns the speed of the last step, or the mean speed of the latest steps if that is more; in K/s, in the
+  /// direction of `sign`.
+  [[nodiscard]] double fastest(double sign) const;
+  /// As fastest(), but a single fast step counts only with its share of the mean, because a reading that jumps has no
+  /// such motion.
+  [[nodiscard]] double sustained(double sign) const;
+  /// Returns the mean speed before the last step, in K/s, in the direction of `sign`.
+  [[nodiscard]] double previous(double sign) const;
+  [[nodiscard]] const std::optional<Celsius>& last() const { return last_; }
+
+ private:
+  /// Returns the mean speed without the latest `omitted` steps, in K/s.
+  [[nodiscard]] double mean(std::size_t omitted = 0) const;
+
+  std::optional<Celsius> last_;
+  Duration unseen_{};  ///< since the last reading
+  bool has_step_{};
+  std::deque<MotionStep> steps_;
+};
+
+/// A jump of the latest readings. It is withdrawn if everything else turns out to move likewise.
+struct RecentJump {
+  MotionStep step;
+  std::size_t age{};  ///< readings since then
+};
+
+/// The motion of one thermometer, and the sum of its jumps.
 struct ThermometerPast {
-  std::optional<Celsius> last{};
-  /// Time since the last reading.
-  Duration unseen{};
+  RecentMotion motion;
+  std::vector<RecentJump> recent_jumps{};
   /// Sum of the changes that were too fast to be real.
   Kelvins jumped{};
 };
@@ -115,7 +154,8 @@ struct LivenessMemory {
   IdenticalSpell air;
   std::vector<std::vector<AxisLiveness>> units;
   ResponseMemory response;
-  std::vector<ThermometerPast> past;   ///< one per column
+  std::vector<ThermometerPast> past;  ///< one per column
+  RecentMotion air_motion;
   std::optional<Celsius> set_point{};  ///< when it last moved
   /// Time since the set point last moved, or a unit was switched on or off.
   Duration at_rest{};

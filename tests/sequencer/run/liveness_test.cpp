@@ -331,6 +331,103 @@ TEST(Drifting, NamesBothExchangedThermometers) {
   EXPECT_EQ(still.raised, (std::vector<std::string>{"drifting A", "drifting F"}));
 }
 
+/// Returns the subjects that were reported as drifting.
+std::vector<std::string> drifting_subjects(const InterlockBench& bench) {
+  const std::string cause = "drifting ";
+  std::vector<std::string> subjects;
+  for (const auto& alarm : bench.raised)
+    if (alarm.starts_with(cause)) subjects.push_back(alarm.substr(cause.size()));
+  return subjects;
+}
+
+/// A runaway moves everything, faster than a healthy chamber can.
+TEST(Drifting, IgnoresFastChangeOfEverything) {
+  for (const double k_per_min : {20.0, 40.0, -40.0, 90.0, -75.0})
+    for (const bool air_is_frozen : {false, true})
+      for (const auto& of_air : {Quality{0.05, 0.01}, Quality{0.05, 0.1}, Quality{0, 0.5}}) {
+        NoisyBench bench({0.02, 0.01}, of_air);
+        bench.pass(60);
+        bench.air_is_frozen = air_is_frozen;
+        bench.pass(90, k_per_min / 60);
+        bench.pass(60);
+        EXPECT_EQ(drifting_subjects(bench), std::vector<std::string>()) << k_per_min << " " << air_is_frozen;
+      }
+}
+
+/// The chamber shows a new value of its air only every third second, and the channels follow with different lags.
+TEST(Drifting, IgnoresFastAirThatIsShownRarely) {
+  InterlockBench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  std::vector<double> parts(9, 22);
+  double air = 20;
+  for (int t = 0; t < 240; ++t) {
+    air += t > 60 && t < 150 ? 2.0 : 0;
+    if (t % 3 == 0) bench.chamber().air = {air};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      parts[i] += (air + 2 - parts[i]) / (3 + 4.0 * static_cast<double>(i));
+      bench.thermometer(i, parts[i]);
+    }
+    bench.second();
+  }
+  EXPECT_EQ(drifting_subjects(bench), std::vector<std::string>());
+}
+
+TEST(Drifting, FindsJumpWhileEverythingMoves) {
+  for (const double jump : {5.0, -5.0, 2.5, -3.0})
+    for (const double k_per_min : {0.0, 3.0, 12.0, -12.0, 40.0, -40.0}) {
+      NoisyBench bench;
+      bench.pass(60);
+      bench.pass(20, k_per_min / 60);
+      bench.fourth_is_off_by = jump;
+      bench.pass(60, k_per_min / 60);
+      EXPECT_EQ(drifting_subjects(bench), std::vector<std::string>{"D"}) << jump << " " << k_per_min;
+    }
+}
+
+/// A heavy part follows the air after a fast change; then its sensor jumps on the way.
+TEST(Drifting, FindsJumpOfPartThatFollowsAir) {
+  for (const double jump : {0.0, 4.0, -4.0}) {
+    InterlockBench bench;
+    bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+    double air = 20, part = 22;
+    for (int t = 0; t < 200; ++t) {
+      air += t >= 20 && t < 80 ? 0.7 : 0;
+      part += (air + 2 - part) / 50;
+      bench.chamber().air = {air};
+      for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, air + 2);
+      bench.thermometer(7, part + (t >= 100 ? jump : 0));
+      bench.second();
+    }
+    const auto expected = jump == 0 ? std::vector<std::string>{} : std::vector<std::string>{"H"};
+    EXPECT_EQ(drifting_subjects(bench), expected) << jump;
+  }
+}
+
+TEST(Drifting, FindsJumpOfWholeInstrument) {
+  for (const double k_per_min : {0.0, 5.0, -10.0}) {
+    InterlockBench bench;
+    bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+    for (int t = 0; t < 120; ++t) {
+      const double moved = k_per_min / 60 * t;
+      bench.around.sent = bench.chamber().air = bench.chamber().set_point = {20 + moved};
+      for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, 22 + moved + (t >= 60 ? 4 : 0));
+      bench.second();
+    }
+    EXPECT_EQ(drifting_subjects(bench).size(), 9u) << k_per_min;
+  }
+}
+
+TEST(Drifting, FindsJumpAfterLostReadings) {
+  InterlockBench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.seconds(10);
+  bench.sample.thermometers[4].value = silence();
+  bench.seconds(4);
+  bench.thermometer(4, 26);
+  bench.seconds(40);
+  EXPECT_EQ(drifting_subjects(bench), std::vector<std::string>{"E"});
+}
+
 TEST(Drifting, FindsThermometerThatDriftsAtRest) {
   NoisyBench bench;
   bench.pass(1300);

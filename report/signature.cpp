@@ -109,9 +109,23 @@ std::string absolute_path(const std::string& path) {
   return std::filesystem::absolute(path, error).string();
 }
 
+/// Returns a fault without the path of a private folder.
+tl::unexpected<Fault> private_failure(const Fault& fault) {
+  return failure(fault.kind, hide_private_paths(fault.where), hide_private_paths(fault.what));
+}
+
 /// Writes a file of the private folder without waiting for the disk.
 Result<void> write_private(const std::string& path, std::string_view text) {
-  return replace_own_file(path, text, Syncing::not_awaited);
+  if (auto written = replace_own_file(path, text, Syncing::not_awaited); !written)
+    return private_failure(written.error());
+  return {};
+}
+
+/// Reads a file of the private folder.
+Result<std::string> read_private(const std::string& path) {
+  auto content = read_text_file(path, kLargestTable);
+  if (!content) return private_failure(content.error());
+  return content;
 }
 
 /// Runs a program of the signing or verification and returns its output. Fails with bad_file if the exit code is not 0.
@@ -125,7 +139,7 @@ Result<std::string> run_step(const std::string& program, const Strings& argument
 
 // PEM files
 
-enum class PemContent { certificate, private_key };
+enum class PemContent { certificate, signer_certificate, private_key };
 
 /// Returns why a file does not contain what is expected; empty if it does. Names what it contains instead.
 std::string pem_refusal(std::string_view text, PemContent expected) {
@@ -139,8 +153,10 @@ std::string pem_refusal(std::string_view text, PemContent expected) {
     return refused("is a binary file, such as DER or PKCS #12") + "; \"openssl\" converts it";
   const auto label = text_between(text, "-----BEGIN ", "-----");
   if (!label) return refused("contains no PEM text");
-  for (const auto& each : all_texts_between(text, "-----BEGIN ", "-----"))
-    if (each.ends_with(expects_key ? "PRIVATE KEY" : "CERTIFICATE")) return {};
+  for (const auto& each : all_texts_between(text, "-----BEGIN ", "-----")) {
+    const bool is_exact = expected == PemContent::signer_certificate;
+    if (is_exact ? each == "CERTIFICATE" : each.ends_with(expects_key ? "PRIVATE KEY" : "CERTIFICATE")) return {};
+  }
   return refused(fmt::format("contains \"{}\"", plain(*label)));
 }
 
@@ -370,12 +386,14 @@ Result<Signer> read_signer(const std::string& certificate) {
                 .not_after = line_value(lines, "\nnotAfter=")};
 }
 
-/// Writes the decrypted key as "key.pem" into the folder. Fails with bad_file if the file contains no private key, or
-/// if the password does not open it.
-Result<void> unlock_key(const PrivateFolder& folder, const SigningKey& key) {
+/// Returns the decrypted key in a file in memory. Fails with bad_file if the file of the key contains no private key,
+/// or if the password does not open it.
+Result<MemoryFile> unlock_key(const SigningKey& key) {
   const auto pem = read_pem(key.key_file, PemContent::private_key);
   if (!pem) return failure(pem.error());
-  Strings arguments{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
+  auto unlocked_key = MemoryFile::make();
+  if (!unlocked_key) return unlocked_key;
+  Strings arguments{"pkey", "-in", key.key_file, "-out", unlocked_key->path()};
   if (!key.password_file.empty()) {
     const auto password = read_text_file(key.password_file);
     if (!password) return failure(password.error());
@@ -385,7 +403,7 @@ Result<void> unlock_key(const PrivateFolder& folder, const SigningKey& key) {
   }
   const auto unlocked = run_program("openssl", arguments);
   if (!unlocked) return failure(unlocked.error());
-  if (unlocked->exit_code == 0) return {};
+  if (unlocked->exit_code == 0) return unlocked_key;
   if (pem->find("ENCRYPTED") == std::string::npos)
     return failure(FaultKind::bad_file, key.key_file, "openssl cannot read the private key");
   return failure(FaultKind::bad_file, key.key_file,
@@ -403,31 +421,66 @@ Result<void> check_validity(const PrivateFolder& folder, const std::string& wher
   return failure(FaultKind::bad_file, where, "cannot be used for signing today: " + plain(why));
 }
 
-/// Writes the decrypted key as "key.pem" and the certificates as "chain.pem" into the folder. Fails unless the key is
-/// an RSA key that matches the first certificate, and this certificate is valid today.
-Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
-  const auto certificates = read_pem(key.certificate_file, PemContent::certificate);
-  if (!certificates) return failure(certificates.error());
-  if (auto written = write_private(folder / "chain.pem", *certificates); !written) return written;
-  if (auto usable = check_usage(folder / "chain.pem", key.certificate_file); !usable) return usable;
-  if (auto strong = check_signature_of(folder / "chain.pem", key.certificate_file); !strong) return strong;
-  if (auto unlocked = unlock_key(folder, key); !unlocked) return unlocked;
-  const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
-  if (!rsa) return failure(rsa.error());
-  if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is not an RSA key");
+/// Returns the algorithm of a public key in PEM as openssl names it: "rsaEncryption", "rsassaPss", "id-ecPublicKey".
+Result<std::string> read_algorithm(const PrivateFolder& folder, const std::string& public_key) {
+  const std::string path = folder / "public.pem";
+  if (auto written = write_private(path, public_key); !written) return failure(written.error());
+  const auto parsed = run_step("openssl", {"asn1parse", "-in", path}, "cannot read the public key");
+  if (!parsed) return parsed;
+  const std::string object = text_between(*parsed, "prim: OBJECT", "\n").value_or("");
+  return std::string(trimmed(object, " :\t\r"));
+}
+
+/// Fails with bad_file at `where` unless a public key in PEM is an RSA key for any signature. xmlsec1 and pdfsig sign
+/// with PKCS #1 v1.5, which an RSA-PSS key does not permit (RFC 4055, 1.2).
+Result<void> check_algorithm(const PrivateFolder& folder, const std::string& public_key, const std::string& where) {
+  const auto algorithm = read_algorithm(folder, public_key);
+  if (!algorithm) return failure(algorithm.error());
+  if (*algorithm == "rsaEncryption") return {};
+  return failure(FaultKind::bad_file, where,
+                 *algorithm == "rsassaPss" ? "is an RSA-PSS key, expected rsaEncryption" : "is not an RSA key");
+}
+
+/// Writes the certificates as "chain.pem" into the folder and returns the public key of the first one. Fails with
+/// bad_file unless this certificate may sign reports.
+Result<std::string> prepare_certificate(const PrivateFolder& folder, const SigningKey& key) {
+  const std::string chain = folder / "chain.pem";
+  const auto certificates = read_pem(key.certificate_file, PemContent::signer_certificate);
+  if (!certificates) return certificates;
+  if (auto written = write_private(chain, *certificates); !written) return failure(written.error());
+  if (auto usable = check_usage(chain, key.certificate_file); !usable) return failure(usable.error());
+  if (auto strong = check_signature_of(chain, key.certificate_file); !strong) return failure(strong.error());
+  return run_step("openssl", {"x509", "-in", chain, "-noout", "-pubkey"}, "cannot read the certificate");
+}
+
+/// Fails with bad_file unless the first certificate of the folder's "chain.pem" has a permitted RSA key and is valid
+/// today.
+Result<void> check_certificate(const PrivateFolder& folder, const std::string& public_key, const std::string& where) {
+  if (auto rsa = check_algorithm(folder, public_key, where); !rsa)
+    return failure(rsa.error().kind, rsa.error().where, "the key of the certificate " + rsa.error().what);
   const auto bits = count_rsa_bits(folder / "chain.pem");
   if (!bits) return failure(bits.error());
   if (*bits > 0 && *bits < kFewestRsaBits)
-    return failure(FaultKind::bad_file, key.certificate_file,
+    return failure(FaultKind::bad_file, where,
                    fmt::format("has an RSA key of {} bits, expected {} or more", *bits, kFewestRsaBits));
-  const auto of_key = run_step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "cannot read the key");
-  const auto of_certificate =
-      run_step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "cannot read the certificate");
-  if (!of_key) return failure(of_key.error());
+  return check_validity(folder, where);
+}
+
+/// Returns the decrypted key in a file in memory, and writes the certificates as "chain.pem" into the folder. Fails
+/// unless the key is an RSA key that matches the first certificate, and this certificate is valid today.
+Result<MemoryFile> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
+  const auto of_certificate = prepare_certificate(folder, key);
   if (!of_certificate) return failure(of_certificate.error());
+  auto unlocked = unlock_key(key);
+  if (!unlocked) return unlocked;
+  const auto of_key = run_step("openssl", {"pkey", "-in", unlocked->path(), "-pubout"}, "cannot read the key");
+  if (!of_key) return failure(of_key.error());
+  if (auto rsa = check_algorithm(folder, *of_key, key.key_file); !rsa) return failure(rsa.error());
   if (*of_key != *of_certificate)
     return failure(FaultKind::bad_file, key.certificate_file, "is not the certificate of the key " + key.key_file);
-  return check_validity(folder, key.certificate_file);
+  if (auto usable = check_certificate(folder, *of_certificate, key.certificate_file); !usable)
+    return failure(usable.error());
+  return unlocked;
 }
 
 Strings read_certificates(const std::string& pem) {
@@ -544,17 +597,21 @@ Result<void> extract_signature(const PrivateFolder& folder, const std::string& p
                        std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
 }
 
-/// Creates the NSS key store "store" for pdfsig in the folder and imports the folder's key and certificates.
-Result<void> make_key_store(const PrivateFolder& folder) {
+/// Creates the NSS key store "store" for pdfsig in the folder and imports the key and the folder's certificates. The
+/// store encrypts the key with `password`.
+Result<void> make_key_store(const PrivateFolder& folder, const MemoryFile& key, const std::string& password) {
   const std::string store = "sql:" + folder / "store";
   std::error_code error;
   std::filesystem::create_directory(folder / "store", error);
+  const auto password_file = MemoryFile::make(password + "\n"), package = MemoryFile::make();
+  if (!password_file) return failure(password_file.error());
+  if (!package) return failure(package.error());
   const std::vector<std::pair<const char*, Strings>> steps{
       {"openssl",
-       {"pkcs12", "-export", "-inkey", folder / "key.pem", "-in", folder / "chain.pem", "-name", "gyrotherm",
-        "-passout", "pass:", "-out", folder / "own.p12"}},
-      {"certutil", {"-N", "--empty-password", "-d", store}},
-      {"pk12util", {"-i", folder / "own.p12", "-d", store, "-W", ""}}};
+       {"pkcs12", "-export", "-inkey", key.path(), "-in", folder / "chain.pem", "-name", "gyrotherm", "-passout",
+        "file:" + password_file->path(), "-out", package->path()}},
+      {"certutil", {"-N", "-f", password_file->path(), "-d", store}},
+      {"pk12util", {"-i", package->path(), "-d", store, "-w", password_file->path(), "-k", password_file->path()}}};
   for (const auto& [program, arguments] : steps)
     if (auto done = run_step(program, arguments, "cannot import the key"); !done) return failure(done.error());
   return {};
@@ -565,7 +622,18 @@ Result<void> make_key_store(const PrivateFolder& folder) {
 Result<void> check_signing_key(const SigningKey& key) {
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  return prepare_key(*folder, key);
+  if (const auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
+  return {};
+}
+
+Result<void> check_signing_key_without_prompt(const SigningKey& key) {
+  const auto pem = read_pem(key.key_file, PemContent::private_key);
+  if (!pem) return failure(pem.error());
+  if (!key.password_file.empty() || pem->find("ENCRYPTED") == std::string::npos) return check_signing_key(key);
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  const auto public_key = prepare_certificate(*folder, key);
+  return public_key ? check_certificate(*folder, *public_key, key.certificate_file) : failure(public_key.error());
 }
 
 Result<void> check_trusted_file(const std::string& path) {
@@ -584,19 +652,20 @@ Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (auto written = read_dcc(dcc, kDccFile); !written) return failure(written.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
-  const auto chain = read_text_file(*folder / "chain.pem");
+  const auto unlocked = prepare_key(*folder, key);
+  if (!unlocked) return failure(unlocked.error());
+  const auto chain = read_private(*folder / "chain.pem");
   if (!chain) return failure(chain.error());
   SignedDcc parts{.text = std::string(dcc), .digest = "", .value = "", .certificates = read_certificates(*chain)};
   const std::string before(dcc.substr(0, dcc.size() - kRootEnd.size()));
   if (auto written = write_private(*folder / "in.xml", before + signature_xml(parts) + std::string(kRootEnd)); !written)
     return failure(written.error());
   const auto made = run_step("xmlsec1",
-                             {"--sign", "--privkey-pem", *folder / "key.pem", "--enabled-key-data", "key-name",
-                              "--output", *folder / "out.xml", *folder / "in.xml"},
+                             {"--sign", "--privkey-pem", unlocked->path(), "--enabled-key-data", "key-name", "--output",
+                              *folder / "out.xml", *folder / "in.xml"},
                              "cannot sign");
   if (!made) return failure(made.error());
-  const auto out = read_text_file(*folder / "out.xml", kLargestTable);
+  const auto out = read_private(*folder / "out.xml");
   if (!out) return failure(out.error());
   parts.digest = remove_blanks(text_between(*out, "<ds:DigestValue>", "</ds:DigestValue>").value_or(""));
   parts.value = remove_blanks(text_between(*out, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or(""));
@@ -668,9 +737,14 @@ Result<void> sign_pdf(const std::string& path, const std::string& signed_path, c
   if (!field_options) return failure(field_options.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto unlocked = prepare_key(*folder, key); !unlocked) return unlocked;
-  if (auto made = make_key_store(*folder); !made) return made;
-  Strings arguments{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
+  const auto unlocked = prepare_key(*folder, key);
+  if (!unlocked) return failure(unlocked.error());
+  // The command line shows this password, but it opens only the store in the private folder.
+  const auto password = make_random_password();
+  if (!password) return failure(password.error());
+  if (auto made = make_key_store(*folder, *unlocked, *password); !made) return made;
+  Strings arguments{"-nssdir", "sql:" + *folder / "store", "-nss-pwd", *password, "-nick", "gyrotherm", "-reason",
+                    reason};
   arguments.insert(arguments.end(), field_options->begin(), field_options->end());
   arguments.insert(arguments.end(), {absolute_path(path), absolute_path(signed_path)});
   const auto done = run_step("pdfsig", arguments, "cannot sign");
@@ -708,9 +782,10 @@ Result<std::optional<std::string>> find_signing_time(const std::string& path) {
 Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key) {
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
+  const auto unlocked = prepare_key(*folder, key);
+  if (!unlocked) return failure(unlocked.error());
   if (auto written = write_private(*folder / "content", bytes); !written) return failure(written.error());
-  const auto chain = read_text_file(*folder / "chain.pem");
+  const auto chain = read_private(*folder / "chain.pem");
   if (!chain) return failure(chain.error());
   Strings arguments{"cms",
                     "-sign",
@@ -720,7 +795,7 @@ Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key) {
                     "-in",
                     *folder / "content",
                     "-inkey",
-                    *folder / "key.pem",
+                    unlocked->path(),
                     "-signer",
                     *folder / "chain.pem",
                     "-outform",
@@ -732,7 +807,7 @@ Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key) {
   if (auto written = write_private(*folder / "issuers.pem", issuers); !written) return failure(written.error());
   if (!issuers.empty()) arguments.insert(arguments.end(), {"-certfile", *folder / "issuers.pem"});
   if (const auto made = run_step("openssl", arguments, "cannot sign"); !made) return failure(made.error());
-  auto signature = read_text_file(*folder / "signature.pem");
+  auto signature = read_private(*folder / "signature.pem");
   if (!signature) return signature;
   const Trust own{.certificates_file = key.certificate_file};
   if (auto holds = verify_bytes(bytes, *signature, key.certificate_file, own); !holds) return failure(holds.error());

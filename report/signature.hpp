@@ -44,6 +44,9 @@ struct Signer {
 /// valid today. A program that signs at the end of a long task calls this at the start.
 [[nodiscard]] Result<void> check_signing_key(const SigningKey& key);
 
+/// Does the same as check_signing_key(), but checks only the certificate if openssl would prompt for the password.
+[[nodiscard]] Result<void> check_signing_key_without_prompt(const SigningKey& key);
+
 /// Fails with bad_file if a file of trusted certificates contains no certificate in PEM.
 [[nodiscard]] Result<void> check_trusted_file(const std::string& path);
 

@@ -37,7 +37,8 @@ Result<std::vector<NewFile>> sign_pdfs(const std::string& folder, const std::vec
     if (auto put = replace_own_file(rendered, file.bytes, Syncing::not_awaited); !put) return failure(put.error());
     if (auto made = sign_pdf(rendered, path, key, reason); !made)
       return failure(made.error().kind,
-                     made.error().where == rendered ? join_path(folder, file.name) : made.error().where,
+                     made.error().where == rendered || made.error().where == path ? join_path(folder, file.name)
+                                                                                  : made.error().where,
                      made.error().what);
     auto bytes = read_text_file(path, kLargestTable);
     if (!bytes) return failure(bytes.error());

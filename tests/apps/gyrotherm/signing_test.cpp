@@ -2,9 +2,14 @@
 /// A laboratory signs a report, and its customer verifies it.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_file.hpp"
@@ -65,6 +70,7 @@ class Signing : public testing::Test {
                             "other.key -out other.pem -days 30 -subj /CN=Other");
     ASSERT_EQ(keys.exit_code, 0) << keys.err;
     expect_refused_when_changed_after_authorisation();
+    std::filesystem::copy(*folder_ / "report", *folder_ / "unsigned");
     const auto done = gyrotherm_with(sign_command());
     ASSERT_EQ(done.exit_code, 0) << done.err;
     ready_ = true;
@@ -120,6 +126,53 @@ TEST_F(Signing, IsVerifiedByCustomer) {
   EXPECT_NE(ran.out.find("holds      model.json"), std::string::npos);
   EXPECT_NE(ran.out.find("not there  elsewhere.toml"), std::string::npos);
   EXPECT_NE(ran.err.find("report C-1 matches what was signed"), std::string::npos) << ran.err;
+}
+
+/// Sets a variable of the environment for the programs that a test starts.
+class Variable {
+ public:
+  Variable(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~Variable() { before_ ? ::setenv(name_, before_->c_str(), 1) : ::unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+/// xmlsec1 waits when it is about to sign, with the decrypted key.
+TEST_F(Signing, LeavesNoKeyWhenInterrupted) {
+  const std::string folder = *folder_ / "unsigned", programs = *folder_ / "programs", reached = *folder_ / "reached";
+  std::filesystem::create_directory(programs);
+  std::ofstream(programs + "/xmlsec1") << "#!/bin/sh\n: > '" << reached << "'\nexec sleep 60\n";
+  std::filesystem::permissions(programs + "/xmlsec1", std::filesystem::perms::owner_all);
+  ASSERT_EQ(shell("cd " + (*folder_ / ".") +
+                  " && openssl pkey -in lab.key -aes256 -passout pass:secret -out locked.key "
+                  "&& echo secret > password")
+                .exit_code,
+            0);
+  const auto files = list_folder(folder);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const std::string temporary = *folder_ / ("temporary-" + std::to_string(signal));
+    std::filesystem::create_directory(temporary);
+    std::filesystem::remove(reached);
+    const Variable path("PATH", programs + ":" + std::getenv("PATH")), place("TMPDIR", temporary),
+        runtime("XDG_RUNTIME_DIR", temporary);
+    Background signing({"report", "sign", folder, "--key", *folder_ / "locked.key", "--certificate",
+                        *folder_ / "lab.pem", "--password-file", *folder_ / "password"},
+                       *folder_ / "out");
+    while (signing.is_running() && !std::filesystem::exists(reached))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(signing.is_running()) << signing.output();
+    signing.signal(signal);
+    EXPECT_EQ(signing.wait(), -signal) << signing.output();
+    EXPECT_TRUE(std::filesystem::is_empty(temporary));
+    EXPECT_EQ(list_folder(folder), files);
+  }
 }
 
 TEST_F(Signing, IsVerifiedAsJson) {

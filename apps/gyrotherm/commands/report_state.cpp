@@ -108,6 +108,7 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
     console.print_message(fmt::format("{}: signed the protocol {}.json", options.folder, kind.stem));
     return Exit::done;
   }
+  if (auto usable = report::check_signing_key_without_prompt(options.key); !usable) return failure(usable.error());
   const auto names =
       report::sign_report(options.folder, options.key, render_calibration, civil_time(SteadyClock().now().utc));
   if (!names) return failure(names.error());

@@ -461,6 +461,18 @@ void list_missing_of_records(CalibrationReport& report) {
         "records: start times; an imported record has them only if its map states the start of its time");
 }
 
+/// Lists equipment that was calibrated after the last run: its certificate does not cover the run.
+void list_later_calibrations(CalibrationReport& report) {
+  for (const Equipment& one : report.equipment) {
+    if (one.calibrated.empty() || report.ended.empty() || one.calibrated <= report.ended) continue;
+    const bool is_thermometer = !one.channel.empty();
+    report.missing.push_back(
+        plain(fmt::format("{}: calibrated of \"{}\", on or before {} (UTC) when the calibration ended; it is {}",
+                          is_thermometer ? "records" : "laboratory.toml", is_thermometer ? one.channel : one.name,
+                          report.ended, one.calibrated)));
+  }
+}
+
 void list_missing(CalibrationReport& report) {
   const auto require_key = [&](bool is_there, const char* file, const char* key) {
     if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
@@ -477,6 +489,7 @@ void list_missing(CalibrationReport& report) {
   require_key(!report.received.empty(), kOrder, "received");
   require_key(!report.issued.empty(), kOrder, "issued");
   if (!report.simulated) append(report.missing, find_wrong_days(report));
+  if (!report.simulated) list_later_calibrations(report);
   require_key(!report.item.model.empty(), kOrder, "unit.model");
   require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   require_key(!report.item.condition.empty(), kOrder, "unit.condition");

@@ -339,7 +339,7 @@ std::string read_trusted_certificates(const TomlTable& table, const std::string&
 
 /// Reads the certificate file of a thermometer and applies it to its channels.
 Result<void> read_certificate_file(NamedCertificate& named, const CertificateReader& reader,
-                                   std::chrono::sys_days today, std::vector<record::Channel>& channels) {
+                                   const CertificateDays& allowed, std::vector<record::Channel>& channels) {
   const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, named.location, what); };
   if (!reader.read) return refused("names a certificate file, which cannot be read here");
   if (named.request.trusted.empty())
@@ -347,7 +347,7 @@ Result<void> read_certificate_file(NamedCertificate& named, const CertificateRea
   const auto values = reader.read(named.request);
   if (!values) return failure(values.error());
   for (const std::size_t i : named.channels)
-    if (auto done = apply_certificate(*values, named.location, today, channels[i]); !done) return done;
+    if (auto done = apply_certificate(*values, named.location, allowed, channels[i]); !done) return done;
   return {};
 }
 
@@ -356,11 +356,12 @@ Result<void> apply_certificates(RigFile& rig, const std::string& trusted, const 
                                 const CertificateReader& reader) {
   using std::chrono::floor, std::chrono::days;
   const auto today = rig.simulated ? std::chrono::sys_days(floor<days>(kVirtualEpoch)) : reader.today;
+  const CertificateDays allowed{.of_run = today, .latest_calibration = std::max(today, reader.today)};
   for (auto& thermometer : rig.thermometers)
     for (NamedCertificate& named : thermometer.certificates) {
       named.request.trusted = trusted;
       Result<void> done;
-      if (!known.channels) done = read_certificate_file(named, reader, today, thermometer.calibrated);
+      if (!known.channels) done = read_certificate_file(named, reader, allowed, thermometer.calibrated);
       for (std::size_t i = 0; known.channels && done && i < named.channels.size(); ++i)
         done = restore_calibration(*known.channels, named.location, thermometer.calibrated[named.channels[i]]);
       if (!done) return done;

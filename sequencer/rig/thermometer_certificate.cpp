@@ -42,15 +42,19 @@ std::optional<NamedCertificate> read_named_certificate(const TomlTable& table, c
 }
 
 Result<void> apply_certificate(const CertificateValues& values, const std::string& location,
-                               std::chrono::sys_days today, record::Channel& channel) {
+                               const CertificateDays& days, record::Channel& channel) {
   const auto refused = [&](std::string what) { return failure(FaultKind::bad_file, location, std::move(what)); };
   if (channel.due && values.due && *channel.due > *values.due)
     return refused(fmt::format("\"due\" is {}, but certificate {} is due {}", record::format_day(*channel.due),
                                values.number, record::format_day(*values.due)));
   const auto due = channel.due ? channel.due : values.due;
-  if (due && *due < today)
+  if (due && *due < days.of_run)
     return refused(fmt::format("certificate {} was due {}, expected a calibration that is valid on {}", values.number,
-                               record::format_day(*due), record::format_day(today)));
+                               record::format_day(*due), record::format_day(days.of_run)));
+  if (values.calibrated > days.latest_calibration)
+    return refused(fmt::format("certificate {} states a calibration on {}, after {}; check the clock and the file",
+                               values.number, record::format_day(values.calibrated),
+                               record::format_day(days.latest_calibration)));
   channel.certificate = values.number;
   channel.offset = values.offset;
   channel.due = due;

@@ -59,10 +59,20 @@ struct NamedCertificate {
 /// certificate. Returns nothing if `certificate` is missing or is not the path of a file.
 [[nodiscard]] std::optional<NamedCertificate> read_named_certificate(const TomlTable& table, const std::string& folder);
 
+/// The days with which the days of a certificate are compared. They differ for a virtual rig, which has its own time
+/// but may use a certificate of the present.
+struct CertificateDays {
+  /// The day on which the calibration must be valid.
+  std::chrono::sys_days of_run{};
+  /// The last day on which the calibration may have been made.
+  std::chrono::sys_days latest_calibration{};
+};
+
 /// Applies the values of a certificate to a channel, except that an earlier due day of the rig file is kept. Fails with
-/// bad_file at `location` if the rig file states a later due day, or if the calibration is overdue on `today`.
+/// bad_file at `location` if the rig file states a later due day, if the calibration is overdue on the day of the run,
+/// or if it was made after the latest day.
 [[nodiscard]] Result<void> apply_certificate(const CertificateValues& values, const std::string& location,
-                                             std::chrono::sys_days today, record::Channel& channel);
+                                             const CertificateDays& days, record::Channel& channel);
 
 /// Copies the calibration of a channel from the channel of the same name in a record. Fails with bad_file at `location`
 /// if the record has no such channel, or if the calibration of that channel is not from a certificate file.

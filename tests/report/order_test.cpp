@@ -610,6 +610,30 @@ TEST(Laboratory, MarksEquipmentOverdueOnDayOfRun) {
   EXPECT_FALSE(report.equipment[1].overdue);
 }
 
+TEST(Laboratory, RequiresCalibrationBeforeEndOfRun) {
+  std::string text = kLaboratory;
+  for (const char* day : {"2026-11-20", "2026-11-21", "2031-01-01"})
+    text += fmt::format("[[equipment]]\nname = \"of {0}\"\ncertificate = \"L-1\"\ncalibrated = \"{0}\"\n", day);
+  const auto laboratory = parse_laboratory(text, "laboratory.toml");
+  ASSERT_TRUE(laboratory);
+  const auto missing = [&](bool simulated) {
+    CalibrationReport report = report_without_order();
+    report.simulated = simulated;
+    report.equipment = {{.role = "thermometer", .channel = "shell", .certificate = "T1", .calibrated = "2027-01-01"}};
+    report.ended = "2026-11-20";
+    add_order(report, *laboratory, std::nullopt);
+    std::erase_if(report.missing,
+                  [](const std::string& one) { return one.find("calibrated of") == std::string::npos; });
+    return report.missing;
+  };
+  const std::string rule = ", on or before 2026-11-20 (UTC) when the calibration ended; it is ";
+  EXPECT_EQ(missing(false),
+            (std::vector<std::string>{"records: calibrated of \"shell\"" + rule + "2027-01-01",
+                                      "laboratory.toml: calibrated of \"of 2026-11-21\"" + rule + "2026-11-21",
+                                      "laboratory.toml: calibrated of \"of 2031-01-01\"" + rule + "2031-01-01"}));
+  EXPECT_TRUE(missing(true).empty()) << "a virtual rig has a time of its own";
+}
+
 TEST(Laboratory, RefusesInvalidLogo) {
   const auto missing =
       parse_laboratory(std::string(kLaboratory).insert(34, "logo = \"none.svg\"\n"), "laboratory.toml");

@@ -48,13 +48,14 @@ struct Reading {
   CertificateValues values = t1_values();
   std::vector<CertificateRequest> requests{};
   NamedTexts known{};
+  std::chrono::sys_days today{};
 
   Result<RigFile> read(const std::string& text) {
     const auto reader = [this](const CertificateRequest& request) -> Result<CertificateValues> {
       requests.push_back(request);
       return values;
     };
-    return parse_rig(text, kShellRigFolder + "virtual.toml", known, {.read = reader});
+    return parse_rig(text, kShellRigFolder + "virtual.toml", known, {.read = reader, .today = today});
   }
   std::string cause(const std::string& text) {
     const auto rig = read(text);
@@ -148,6 +149,33 @@ TEST(ThermometerCertificate, RefusesOverdueCalibration) {
   EXPECT_EQ(reading.cause(named),
             "certificate T1-2025 was due 2025-12-31, expected a calibration that is valid on 2026-01-01");
   EXPECT_NE(Reading().cause(shell_rig_with("", "certificate = \"t1.xml\"\ndue = \"2025-12-01\"\n")), "");
+}
+
+TEST(ThermometerCertificate, RefusesFutureCalibration) {
+  const std::string named = shell_rig_with("", "certificate = \"t1.xml\"\n");
+  const auto cause_on = [&](const char* today, const char* calibrated) {
+    Reading reading;
+    reading.today = record::parse_day(today).value();
+    reading.values.calibrated = record::parse_day(calibrated).value();
+    reading.values.due.reset();
+    return reading.cause(named);
+  };
+  EXPECT_EQ(cause_on("2026-11-30", "2026-11-30"), "") << "after the start of the virtual clock";
+  EXPECT_EQ(cause_on("2025-06-01", "2026-01-01"), "") << "the start of the virtual clock";
+  EXPECT_EQ(cause_on("2026-11-30", "2026-12-01"),
+            "certificate T1-2025 states a calibration on 2026-12-01, after 2026-11-30; check the clock and the file");
+  EXPECT_NE(cause_on("2026-11-30", "2031-11-04"), "");
+}
+
+TEST(ThermometerCertificate, OfRealRigIsComparedWithToday) {
+  record::Channel channel;
+  CertificateValues values = t1_values();
+  const CertificateDays today{.of_run = values.calibrated, .latest_calibration = values.calibrated};
+  EXPECT_TRUE(apply_certificate(values, "rig.toml:1", today, channel));
+  values.calibrated += std::chrono::days(1);
+  const auto refused = apply_certificate(values, "rig.toml:1", today, channel);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, FaultKind::bad_file);
 }
 
 TEST(ThermometerCertificate, RequiresTrustedSignersAndReader) {

@@ -19,6 +19,8 @@
 namespace gyrotherm::report {
 namespace {
 
+constexpr const char* kIsLink = "is a symbolic link, expected a file of the report itself";
+
 bool is_pdf(const std::string& name) { return name.ends_with(".pdf"); }
 
 std::string join_path(const std::string& folder, const std::string& name) { return folder + "/" + name; }
@@ -68,6 +70,7 @@ bool is_before(std::string_view one, std::string_view other) {
 
 Result<AuthorisedFiles> read_authorisation(const std::string& folder) {
   const std::string path = join_path(folder, kAuthorisationFile);
+  if (is_symbolic_link(path)) return failure(FaultKind::bad_file, path, kIsLink);
   const auto json = read_text_file_if_any(path, kLargestTable);
   if (!json) return failure(json.error());
   if (!*json)
@@ -143,7 +146,7 @@ class FileChecks {
     using enum Check::Outcome;
     if (file.name.find('/') != std::string::npos) return Check{file.name, fails, "is not a file name"};
     const std::string path = folder_ + "/" + file.name;
-    if (is_symbolic_link(path)) return Check{file.name, fails, "is a symbolic link, not the file that was signed"};
+    if (is_symbolic_link(path)) return Check{file.name, fails, kIsLink};
     const auto bytes = read_text_file_if_any(path, kLargestTable);
     if (!bytes) return Check{file.name, fails, text(bytes.error())};
     if (!*bytes) return Check{file.name, missing, "was signed with the report but is missing from the folder"};
@@ -295,6 +298,10 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   using enum Check::Outcome;
   VerifiedReport found;
   const std::string path = folder + "/" + kDccFile;
+  if (is_symbolic_link(path)) {
+    found.checks.push_back({kDccFile, fails, kIsLink});
+    return found;
+  }
   const auto bytes = read_text_file(path, kLargestTable);
   if (!bytes) return failure(bytes.error());
   const auto signer = verify_dcc(*bytes, path, trust);

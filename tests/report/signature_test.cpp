@@ -547,6 +547,31 @@ TEST_F(Signed, RefusesTimesBeforeAuthorisation) {
   EXPECT_EQ(failing(trust), (std::vector<std::string>{"report.pdf", "authorisation"}));
 }
 
+TEST_F(Signed, RefusesSymbolicLinks) {
+  const std::string elsewhere = at("../elsewhere-" + std::filesystem::path(folder_path()).filename().string());
+  const auto replace_by_link = [&](const char* name) {
+    std::filesystem::rename(at(name), elsewhere);
+    std::filesystem::create_symlink(elsewhere, at(name));
+  };
+  const auto restore = [&](const char* name) { std::filesystem::rename(elsewhere, at(name)); };
+  for (const char* name : {kAuthorisationFile, kCalibrationFile, "report.pdf"}) {
+    replace_by_link(name);
+    const auto refused = signed_with(keys_->key("lab"));
+    restore(name);
+    ASSERT_FALSE(refused) << name;
+    EXPECT_EQ(refused.error().kind, FaultKind::bad_file);
+    EXPECT_NE(text(refused.error()).find(name), std::string::npos) << text(refused.error());
+  }
+  sign();
+  for (const char* name : {kDccFile, kAuthorisationFile, kCalibrationFile, "report.pdf"}) {
+    replace_by_link(name);
+    const auto found = failing();
+    restore(name);
+    EXPECT_EQ(found, std::vector<std::string>{name});
+  }
+  EXPECT_TRUE(failing().empty());
+}
+
 TEST_F(Signed, NamesSignedCopyOfSupersededReport) {
   const auto text_of_dcc = [&] { return verify_report(folder_path(), keys_->trust())->checks.front().text; };
   sign();

@@ -201,8 +201,7 @@ class CertificateContents {
           if (auto done = read_result(*one, !is_one_of_several_ || refers_to_item(*result)); !done) return done;
     if (found_.points.empty() && has_unassigned_)
       return refused(*results, "has several items and does not state which results belong to the thermometer (refId)");
-    if (found_.points.empty() && other_ != nullptr)
-      return refused(*other_, fmt::format("is not a temperature: its unit is {}", plain(other_unit_)));
+    if (found_.points.empty() && other_ != nullptr) return refused(*other_, unit_refusal(other_unit_));
     if (found_.points.empty())
       return refused(*results, "has no measurement error, correction, or pair of indicated and reference temperature");
     return {};
@@ -212,6 +211,10 @@ class CertificateContents {
     const XmlElement* data = result.only("data");
     if (data == nullptr || is_before_adjustment(result)) return {};
     return read_table(*data, belongs || refers_to_item(result));
+  }
+
+  static std::string unit_refusal(const std::string& unit) {
+    return fmt::format("has the unit {}, expected \\degreecelsius or \\kelvin", plain(unit));
   }
 
   /// Reads the quantities of a table, and the tables inside it.
@@ -235,8 +238,7 @@ class CertificateContents {
         std::tie(other_, other_unit_) = std::pair(table.other, table.other_unit);
       return {};
     }
-    if (table.other != nullptr)
-      return refused(*table.other, fmt::format("has the unit {}, expected a temperature", plain(table.other_unit)));
+    if (table.other != nullptr) return refused(*table.other, unit_refusal(table.other_unit));
     return add_points(table);
   }
 

@@ -194,7 +194,8 @@ TEST(TemperatureCertificate, RefusesEachAlterationWithItsCause) {
       {u, "<si:uncertaintyXMLList>21 21 21 21 21 21<", "uncertaintyXMLList has 6 entries for 5 values"},
       {"<si:uncertaintyXMLList>21</si:uncertaintyXMLList>", "", "has no uncertaintyXMLList"},
       {"<si:coverageFactorXMLList>2</si:coverageFactorXMLList>", "", "has no coverageFactorXMLList"},
-      {unit, "\\volt", "has the unit \\volt, expected a temperature"},
+      {unit, "\\volt", "has the unit \\volt, expected \\degreecelsius or \\kelvin"},
+      {unit, "\\degreefahrenheit", "has the unit \\degreefahrenheit, expected \\degreecelsius or \\kelvin"},
       {unit, "\\milli\\ohm", "has the unit \\milli\\ohm"},
       {unit, "\\kelvin\\tothe{2}", "has the unit"},
       {unit, "K", "has the unit K"},
@@ -276,7 +277,10 @@ TEST(TemperatureCertificate, RefusesCertificateWithoutTemperatures) {
   };
   EXPECT_EQ(cause(""), "has no measurement error, correction, or pair of indicated and reference temperature");
   EXPECT_EQ(cause(quantity("basic_measurementError", real("3", "\\percent", expanded_mu("1", "2")))),
-            "is not a temperature: its unit is \\percent");
+            "has the unit \\percent, expected \\degreecelsius or \\kelvin");
+  EXPECT_EQ(cause(quantity("basic_nominalValue", real("68", "\\degreefahrenheit")) +
+                  quantity("basic_measurementError", real("3", "\\degreefahrenheit", expanded_mu("1", "2")))),
+            "has the unit \\degreefahrenheit, expected \\degreecelsius or \\kelvin");
   EXPECT_EQ(cause(quantity("basic_measurementError", real("3", "\\kelvin", expanded_mu("1", "2")))),
             "does not state the temperatures at which it was calibrated");
   EXPECT_EQ(cause(quantity("basic_nominalValue", real("20", "\\degreecelsius")) +

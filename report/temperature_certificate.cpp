@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -315,6 +316,27 @@ class CertificateContents {
   TemperatureCertificate found_;
 };
 
+/// Fails with bad_file at the second of two elements that have the same id. References in such a document are ambiguous
+/// (XML 1.0, 3.3.1). DCC writes the attribute as `id`, XML signatures as `Id`.
+Result<void> check_ids(const XmlElement& element, const std::string& file, std::map<std::string, std::int64_t>& lines) {
+  for (const auto& [name, value] : element.attributes) {
+    if (name != "id" && name != "Id" && name != "ID" && name != "xml:id") continue;
+    const auto [first, is_new] = lines.emplace(trimmed(value, kXmlBlanks), element.line);
+    if (!is_new)
+      return failure(FaultKind::bad_file, fmt::format("{}:{}", file, element.line),
+                     fmt::format("has the id \"{}\" of the element in line {}, expected an id that occurs once",
+                                 plain(first->first), first->second));
+  }
+  for (const XmlElement& child : element.children)
+    if (auto unique = check_ids(child, file, lines); !unique) return unique;
+  return {};
+}
+
+Result<void> check_ids(const XmlElement& root, const std::string& file) {
+  std::map<std::string, std::int64_t> lines;
+  return check_ids(root, file, lines);
+}
+
 }  // namespace
 
 double TemperatureCertificate::offset_k() const {
@@ -351,6 +373,7 @@ Result<XmlElement> read_foreign_dcc(std::string_view dcc, const std::string& fil
   const auto version = parse_version(stated);
   if (!version || version->first != 3 || version->second < 0 || version->second > kNewestMinorVersion)
     return refused(fmt::format("is a DCC of version \"{}\", expected 3.0 to 3.{}", plain(stated), kNewestMinorVersion));
+  if (auto unique = check_ids(root, file); !unique) return failure(unique.error());
   return std::move(root);
 }
 

@@ -270,6 +270,24 @@ TEST(TemperatureCertificate, RefusesUnclearItems) {
             "has 2 items with the serial number \"T-0417\"");
 }
 
+TEST(TemperatureCertificate, RefusesRepeatedId) {
+  const std::string two = with_two_items("probe");
+  EXPECT_TRUE(read_foreign_dcc(two, "t1.xml"));
+  EXPECT_TRUE(read_foreign_dcc(with_replaced(foreign_dcc(), "<dcc:result ", "<dcc:result id=\"Probe\" "), "t1.xml"));
+  for (const std::string& dcc : {with_replaced(two, "<dcc:item id=\"probe-2\"", "<dcc:item id=\"probe\""),
+                                 with_replaced(foreign_dcc(), "<dcc:result ", "<dcc:result id=\" probe \" "),
+                                 with_replaced(foreign_dcc(), "<dcc:result ", "<dcc:result xml:id=\"probe\" "),
+                                 with_replaced(foreign_dcc(), "</dcc:digitalCalibrationCertificate>",
+                                               "<dcc:comment><Object xmlns=\"urn:other\" Id=\"probe\"/></dcc:comment>"
+                                               "</dcc:digitalCalibrationCertificate>")}) {
+    const auto refused = read_foreign_dcc(dcc, "t1.xml");
+    ASSERT_FALSE(refused) << dcc;
+    EXPECT_EQ(refused.error().kind, FaultKind::bad_file);
+    EXPECT_TRUE(refused.error().what.starts_with("has the id \"probe\" of the element in line"))
+        << refused.error().what;
+  }
+}
+
 TEST(TemperatureCertificate, RefusesCertificateWithoutTemperatures) {
   const auto cause = [](const std::string& content) {
     const auto found = read(with_table(content));

@@ -5,7 +5,7 @@
     paper.py pdf PAGE.html OUT.pdf [--signature-field]
     paper.py png FIGURE.svg OUT.png WIDTH
 
-gyrotherm-pdf runs it. Each omission is reported as a line on stdout. A failure is one line, with exit code 1.
+gyrotherm-pdf runs it. Each omission is reported as a line with "omitted" on stdout. A failure is one line, with exit code 1.
 With the same fonts and the same WeasyPrint version, the same input gives the same bytes."""
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import os
 import re
 import subprocess
 import sys
+import unicodedata
 from html import escape, unescape
 from pathlib import Path
 from typing import Any
@@ -247,18 +248,26 @@ def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
 # Fonts
 
 
+def is_visible(letter: str) -> bool:
+    """Returns whether a character needs a glyph: not a blank, a control character or a variation selector. Private and
+    unassigned characters need one."""
+    is_selector = 0xFE00 <= ord(letter) <= 0xFE0F or 0xE0100 <= ord(letter) <= 0xE01EF
+    return unicodedata.category(letter) not in {"Cc", "Cf", "Zl", "Zp", "Zs"} and not is_selector
+
+
 def check_fonts(text: str) -> list[str]:
     """Fails if the font is not installed. Returns a remark on characters that no installed font has."""
     family, _, charset = run(["fc-match", "-f", "%{family[0]}|%{charset}", FAMILY]).decode().partition("|")
     if family != FAMILY:
         raise PaperError(f"{FAMILY}: font not installed (Debian: fonts-dejavu-core)")
     ranges = [[int(end, 16) for end in part.split("-")] for part in charset.split()]
-    uncovered = [letter for letter in sorted(set(text)) if letter.isprintable() and not letter.isspace()
+    uncovered = [letter for letter in sorted(set(text)) if is_visible(letter)
                and not any(part[0] <= ord(letter) <= part[-1] for part in ranges)]
     missing = [f"U+{ord(one):04X}" for one in uncovered if not run(["fc-list", f":charset={ord(one):x}", "family"])]
     if not missing:
         return []
-    return [f"no installed font has {', '.join(missing)}; they are omitted (Debian: fonts-noto-core, fonts-noto-cjk)"]
+    return [f"no installed font has {', '.join(missing)}; they are omitted; install fonts-noto-cjk for Chinese, "
+            "Japanese and Korean, fonts-noto-core for other scripts"]
 
 
 # The PDF
@@ -363,7 +372,7 @@ def html_to_pdf(html: str, *, has_signature_field: bool, remarks: list[str]) -> 
         if has_signature_field:
             add_signature_field(pdf, pydyf)
 
-    remarks += check_fonts(unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", html, flags=re.DOTALL)))
+    remarks += check_fonts(unescape(re.sub(r"<(style|script)\b.*?</\1>|<[^>]*>", "", html, flags=re.DOTALL)))
     printed = prepare_for_print(keep_words_whole(html))
     page = weasyprint.HTML(string=printed, url_fetcher=lambda url, **_: fetch(url, remarks))
     sheet = weasyprint.CSS(string=Path(__file__).with_name("paper.css").read_text())

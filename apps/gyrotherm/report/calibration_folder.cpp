@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
+#include "core/text.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
 #include "report/other_program.hpp"
@@ -20,6 +22,20 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
+/// A remark of paper.py on characters without a font or on a refused logo contains this word.
+constexpr const char* kOmission = " omitted";
+
+struct RenderedPdf {
+  std::string bytes;
+  /// Each names the view: "calibration.pdf: no installed font has U+4E2D; …".
+  std::vector<std::string> remarks;
+};
+
+/// The files of a report, and the remarks on its PDFs.
+struct RenderedReport {
+  std::vector<report::NewFile> files;
+  std::vector<std::string> remarks;
+};
 
 /// Returns "calibration.html" or "calibration.de.html".
 std::string view_name(const std::string& language, const std::string& extension,
@@ -37,9 +53,32 @@ Result<void> make_folder(const std::string& folder) {
   return error ? Result<void>(failure(FaultKind::storage, folder, error.message())) : Result<void>{};
 }
 
+/// Returns the lines of gyrotherm-pdf, with the view instead of the program.
+std::vector<std::string> read_remarks(const std::string& output, const std::string& view) {
+  std::vector<std::string> remarks;
+  std::istringstream lines(output);
+  const std::string begin = std::string(kPdfProgram) + ": ";
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(begin)) line.erase(0, begin.size());
+    if (!line.empty()) remarks.push_back(plain(fmt::format("{}: {}", view, line)));
+  }
+  return remarks;
+}
+
+void print_warnings(Console& console, const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) console.print_message("warning: " + remark);
+}
+
+/// Fails with bad_file at the folder if a PDF lacks characters or the logo, which the other views contain.
+Result<void> check_is_whole(const std::vector<std::string>& remarks, const std::string& folder) {
+  const auto omits = [](const std::string& remark) { return remark.find(kOmission) != std::string::npos; };
+  const auto omission = std::ranges::find_if(remarks, omits);
+  return omission == remarks.end() ? Result<void>{} : failure(FaultKind::bad_file, folder, *omission);
+}
+
 /// Runs gyrotherm-pdf and returns the PDF. Faults name the view. Only that separate program uses WeasyPrint, so
 /// machines that write no reports do not need it.
-Result<std::string> run_pdf_program(std::vector<std::string> arguments, const std::string& language,
+Result<RenderedPdf> run_pdf_program(std::vector<std::string> arguments, const std::string& language,
                                     const std::string& view) {
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
@@ -48,10 +87,12 @@ Result<std::string> run_pdf_program(std::vector<std::string> arguments, const st
   const auto ran = report::run_program(sibling_program_path(kPdfProgram), arguments, std::chrono::minutes(6));
   if (!ran) return failure(ran.error());
   if (ran->exit_code != 0) return failure(FaultKind::storage, view, ran->out);
-  return read_text_file(pdf, kLargestTable);
+  auto bytes = read_text_file(pdf, kLargestTable);
+  if (!bytes) return failure(bytes.error().kind, view, bytes.error().what);
+  return RenderedPdf{std::move(*bytes), read_remarks(ran->out, view)};
 }
 
-Result<std::string> render_pdf(const std::string& json, const std::string& language) {
+Result<RenderedPdf> render_pdf(const std::string& json, const std::string& language) {
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
   const std::string source = *folder / report::kCalibrationFile;
@@ -59,7 +100,7 @@ Result<std::string> render_pdf(const std::string& json, const std::string& langu
   return run_pdf_program({source}, language, view_name(language, "pdf"));
 }
 
-Result<std::string> render_comparison_pdf(const ComparedFiles& files, const std::string& language) {
+Result<RenderedPdf> render_comparison_pdf(const ComparedFiles& files, const std::string& language) {
   std::vector<std::string> arguments{files.now, "--compared-with", files.before};
   if (!files.history.empty()) arguments.insert(arguments.end(), {"--check-standard", files.history});
   return run_pdf_program(std::move(arguments), language, view_name(language, "pdf", "comparison"));
@@ -72,21 +113,23 @@ Result<void> write_view(Console& console, const std::string& path, const std::st
 }
 
 /// Renders all files of a report. Its source, calibration.json, is the last one, because it contains the state.
-Result<std::vector<report::NewFile>> render_files(const report::CalibrationReport& report,
-                                                  const std::vector<std::string>& languages) {
+Result<RenderedReport> render_files(const report::CalibrationReport& report,
+                                    const std::vector<std::string>& languages) {
   const std::string json = to_json(report);
   auto certificate = make_dcc(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
   if (!certificate) return failure(certificate.error());
-  std::vector<report::NewFile> files{{"calibration.csv", results_to_csv(report)},
-                                     {report::kDccFile, std::move(*certificate)}};
+  RenderedReport rendered;
+  auto& files = rendered.files;
+  files = {{"calibration.csv", results_to_csv(report)}, {report::kDccFile, std::move(*certificate)}};
   for (const std::string& language : languages) {
     auto pdf = render_pdf(json, language);
     if (!pdf) return failure(pdf.error());
     files.push_back({view_name(language, "html"), to_html(make_document(report, parse_language(language)))});
-    files.push_back({view_name(language, "pdf"), std::move(*pdf)});
+    files.push_back({view_name(language, "pdf"), std::move(pdf->bytes)});
+    rendered.remarks.insert(rendered.remarks.end(), pdf->remarks.begin(), pdf->remarks.end());
   }
   files.push_back({report::kCalibrationFile, json});
-  return files;
+  return rendered;
 }
 
 }  // namespace
@@ -108,14 +151,18 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
                                const std::vector<std::string>& languages, bool sources_compared) {
   if (auto made = make_folder(folder); !made) return made;
-  auto files = render_files(report, languages);
-  if (!files) return failure(files.error());
-  if (report.state == report::ReportState::authorised)
-    files->insert(files->end() - 1, {report::kAuthorisationFile,
-                                     to_json(make_authorisation(report, *files, GYROTHERM_VERSION, sources_compared))});
-  if (auto put = report::replace_all(folder, *files); !put) return put;
+  auto rendered = render_files(report, languages);
+  if (!rendered) return failure(rendered.error());
+  auto& files = rendered->files;
+  if (report.state == report::ReportState::authorised) {
+    if (auto whole = check_is_whole(rendered->remarks, folder); !whole) return whole;
+    files.insert(files.end() - 1, {report::kAuthorisationFile,
+                                   to_json(make_authorisation(report, files, GYROTHERM_VERSION, sources_compared))});
+  }
+  if (auto put = report::replace_all(folder, files); !put) return put;
   console.print_message(folder + "/" + report::kCalibrationFile);
-  for (std::size_t i = 0; i + 1 < files->size(); ++i) console.print_message(folder + "/" + (*files)[i].name);
+  for (std::size_t i = 0; i + 1 < files.size(); ++i) console.print_message(folder + "/" + files[i].name);
+  print_warnings(console, rendered->remarks);
   return {};
 }
 
@@ -124,7 +171,10 @@ Result<std::vector<report::NewFile>> render_calibration(const report::Calibratio
   std::vector<std::string> languages;
   for (const char* language : {"en", "de"})
     if (std::ranges::find(names, view_name(language, "html")) != names.end()) languages.emplace_back(language);
-  return render_files(report, languages);
+  auto rendered = render_files(report, languages);
+  if (!rendered) return failure(rendered.error());
+  if (auto whole = check_is_whole(rendered->remarks, report.number); !whole) return failure(whole.error());
+  return std::move(rendered->files);
 }
 
 Result<void> write_comparison(Console& console, const report::Comparison& comparison, const ComparedFiles& files,
@@ -137,8 +187,10 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
       return written;
     const auto pdf = render_comparison_pdf(files, language);
     if (!pdf) return failure(pdf.error());
-    if (auto written = write_view(console, folder + "/" + view_name(language, "pdf", "comparison"), *pdf); !written)
+    if (auto written = write_view(console, folder + "/" + view_name(language, "pdf", "comparison"), pdf->bytes);
+        !written)
       return written;
+    print_warnings(console, pdf->remarks);
   }
   return {};
 }

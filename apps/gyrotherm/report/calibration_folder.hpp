@@ -21,13 +21,14 @@ using report::FiledReport;
 /// Writes calibration.json and its views in these languages ("en", "de"), makes the folder if needed and prints the
 /// paths. For an authorised report it also writes authorisation.json, which lists the SHA-256 of all other files. Each
 /// file is replaced completely or not at all, calibration.json last: if a view cannot be made, the report keeps its
-/// previous state. `sources_compared` is stored in authorisation.json. Fails with storage, or like the failing view.
+/// previous state. `sources_compared` is stored in authorisation.json. Prints a warning if a PDF lacks characters or
+/// the logo; for an authorised report, fails with bad_file instead. Fails with storage, or like the failing view.
 [[nodiscard]] Result<void> write_calibration(Console& console, const report::CalibrationReport& report,
                                              const std::string& folder, const std::vector<std::string>& languages,
                                              bool sources_compared = false);
 
-/// Renders calibration.json and all its views again, in the languages of the pages among `names`. Fails like the
-/// failing view.
+/// Renders calibration.json and all its views again, in the languages of the pages among `names`. Fails with
+/// bad_file if a PDF lacks characters or the logo, and like the failing view.
 [[nodiscard]] Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
                                                                       const std::vector<std::string>& names);
 
@@ -37,7 +38,8 @@ struct ComparedFiles {
   std::string before, now, history;
 };
 
-/// Writes comparison.json, its pages and its PDF, makes the folder if needed and prints the paths. Fails with storage.
+/// Writes comparison.json, its pages and its PDF, makes the folder if needed and prints the paths. Prints a
+/// warning if the PDF lacks characters. Fails with storage.
 [[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,
                                             const ComparedFiles& files, const std::string& folder,
                                             const std::vector<std::string>& languages);

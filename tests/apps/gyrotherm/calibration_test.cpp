@@ -44,7 +44,7 @@ received = "2025-12-20"
 issued = "2026-01-09"
 method = "Ramps and soaks"
 [customer]
-name = "Navigation <script>alert(1)</script> Works 航海"
+name = "Navigation <script>alert(1)</script> Works Ναυτιλία"
 city = "Hamburg"
 [[unit]]
 model = "RLG-1"
@@ -363,6 +363,42 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
   const auto again = gyrotherm_with("report " + in("random.db") + files("order.toml") + " --out " + in("once"));
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
+}
+
+/// HTML and DCC contain these characters; the PDF cannot.
+TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithCharactersMissingFromPdf) {
+  const std::array<std::tuple<const char*, const char*, const char*>, 3> all{
+      {{"K. Kurz", "K. \uE777", "U+E777"}, {"Hamburg", "\U0010FFF0", "U+10FFF0"}, {"C-1", "C-1\u0378", "U+0378"}}};
+  for (const auto& [text, other, name] : all) {
+    std::string order = kOrder;
+    std::ofstream(in("no-font.toml")) << order.replace(order.find(text), std::string(text).size(), other);
+    const auto made = gyrotherm_with("report " + in("random.db") + " --model " + in("model.json") +
+                                     files("no-font.toml") + " --language de --out " + in("no-font"));
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const std::string remark = fmt::format("calibration.de.pdf: no installed font has {}; they are omitted", name);
+    EXPECT_NE(made.err.find("warning: " + remark), std::string::npos) << made.err;
+    const auto refused = gyrotherm_with("report authorise " + in("no-font") + " --by 'B. Berg'");
+    EXPECT_EQ(refused.exit_code, 4);
+    EXPECT_NE(refused.err.find(remark + "; install fonts-noto-cjk"), std::string::npos) << refused.err;
+    EXPECT_EQ(read_report("no-font").state, report::ReportState::draft);
+    EXPECT_FALSE(std::filesystem::exists(in("no-font/authorisation.json")));
+  }
+  const auto compared = gyrotherm_with("report compare " + in("report") + " " + in("no-font") + " --out " + in("gaps"));
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_NE(compared.err.find("warning: comparison.pdf: no installed font has U+0378"), std::string::npos)
+      << compared.err;
+}
+
+TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithLogoMissingFromPdf) {
+  std::ofstream(in("logo.svg")) << "<svg xmlns=\"http://www.w3.org/2000/svg\"><image href=\"http://a/b.png\"/></svg>";
+  std::string laboratory = kLaboratory;
+  std::ofstream(in("logo.toml")) << laboratory.insert(laboratory.find("city"), "logo = \"logo.svg\"\n");
+  run("report " + in("random.db") + " --model " + in("model.json") + " --laboratory " + in("logo.toml") + " --order " +
+      in("order.toml") + " --out " + in("logo"));
+  const auto refused = gyrotherm_with("report authorise " + in("logo") + " --by 'B. Berg'");
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("calibration.pdf: laboratory.logo: "), std::string::npos) << refused.err;
+  EXPECT_EQ(read_report("logo").state, report::ReportState::draft);
 }
 
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnlyByPersonWithRole) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -314,6 +315,25 @@ TEST(Pdf, NamesCharactersMissingFromFonts) {
   const RenderedReport made(report);
   EXPECT_TRUE(made.remarks().empty() || made.remarks().find("U+1E900") != std::string::npos) << made.remarks();
   EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
+}
+
+/// Private and unassigned characters have no glyph in any font.
+TEST(Pdf, NamesCharactersWithoutGlyph) {
+  const std::array<std::pair<const char*, const char*>, 4> all{
+      {{"\uE777", "U+E777"}, {"\U000E0FFF", "U+E0FFF"}, {"\U0010FFF0", "U+10FFF0"}, {"\u0378", "U+0378"}}};
+  auto report = sample_calibration();
+  for (const auto& [letter, name] : all) report.customer.name += letter;
+  report.item.description = {"\uE778", "\uE779"};
+  const RenderedReport made(report);
+  for (const auto& [letter, name] : all) EXPECT_NE(made.remarks().find(name), std::string::npos) << made.remarks();
+  for (const char* name : {"U+E778", "U+E779", "they are omitted; install fonts-noto-cjk"})
+    EXPECT_NE(made.remarks().find(name), std::string::npos) << made.remarks();
+}
+
+TEST(Pdf, DemandsNoFontForInvisibleCharacters) {
+  auto report = sample_calibration();
+  report.customer.name = "House\u00a0of\u200b Gyros\u2028\ufe0f";
+  EXPECT_EQ(RenderedReport(report).remarks(), "");
 }
 
 TEST(Pdf, OmitsBrokenLogoWithRemark) {

@@ -56,7 +56,7 @@ MUTANTS = [
      "if (!probability) return {};", "return {};",
      "report_test", "TemperatureCertificate.RefusesEachAlterationWithItsCause"),
     ("an overdue certificate file is used", "sequencer/rig/thermometer_certificate.cpp",
-     "if (due && *due < today)", "if (false)",
+     "if (due && *due < days.of_run)", "if (false)",
      "rig_test", "ThermometerCertificate.RefusesOverdueCalibration"),
 
     # Roles and texts.

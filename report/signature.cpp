@@ -19,6 +19,7 @@
 
 #include "core/file.hpp"
 #include "core/text.hpp"
+#include "report/certificate_usage.hpp"
 #include "report/dcc.hpp"
 #include "report/dcc_text.hpp"
 #include "report/other_program.hpp"
@@ -169,67 +170,14 @@ Result<std::string> read_pem(const std::string& path, PemContent expected) {
   return content;
 }
 
-// Permitted uses of a certificate
-
-constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
-/// Usages as openssl prints them. openssl has a name for emailProtection; later versions also have names for
-/// documentSigning and for Microsoft's usage.
-constexpr std::array<std::string_view, 6> kDocumentUsages{"E-mail Protection",       "1.3.6.1.5.5.7.3.36",
-                                                          "Document Signing",        "1.2.840.113583.1.1.5",
-                                                          "1.3.6.1.4.1.311.10.3.12", "Microsoft Document Signing"};
-
-/// Returns the values of an extension from the line below its name; nothing if it is missing.
-std::optional<Strings> extension_values(std::string_view extensions, std::string_view name) {
-  const auto begins = extensions.find(name);
-  if (begins == std::string_view::npos) return std::nullopt;
-  const auto line = extensions.find('\n', begins);
-  std::string_view left = line == std::string_view::npos ? "" : extensions.substr(line + 1);
-  left = left.substr(0, left.find('\n'));
-  Strings values;
-  while (!left.empty()) {
-    const auto comma = std::min(left.find(','), left.size());
-    values.emplace_back(trimmed(left.substr(0, comma), " \t\r"));
-    left.remove_prefix(std::min(comma + 1, left.size()));
-  }
-  return values;
-}
-
-bool intersects(const Strings& usages, const auto& permitted) {
-  return std::ranges::any_of(usages, [&](const std::string& one) {
-    return std::ranges::find(permitted, std::string_view(one)) != permitted.end();
-  });
-}
-
-/// Returns why a certificate with these extensions must not sign a report; empty if it may. `extensions` is openssl's
-/// output for basicConstraints, keyUsage and extendedKeyUsage. A signer must not be an authority (RFC 5280, 4.2.1.9),
-/// its key usage must contain digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, if present,
-/// must contain documentSigning (RFC 9336), emailProtection, or document signing after Adobe or Microsoft (4.2.1.12).
-std::string usage_refusal(std::string_view extensions) {
-  const auto constraints = extension_values(extensions, "X509v3 Basic Constraints:");
-  if (constraints && std::ranges::find(*constraints, "CA:TRUE") != constraints->end())
-    return "belongs to a certificate authority and cannot sign reports";
-  const auto usage = extension_values(extensions, "X509v3 Key Usage:");
-  if (!usage || !intersects(*usage, kSigningUsages))
-    return fmt::format(
-        "is not a certificate for signing: its key usage is {}, expected digitalSignature or nonRepudiation",
-        usage ? plain(fmt::format("{}", fmt::join(*usage, ", "))) : "missing");
-  const auto extended = extension_values(extensions, "X509v3 Extended Key Usage:");
-  if (extended && !intersects(*extended, kDocumentUsages))
-    return fmt::format(
-        "is not a certificate for signing documents: its extended key usage is {}, expected emailProtection or "
-        "documentSigning",
-        plain(fmt::format("{}", fmt::join(*extended, ", "))));
-  return {};
-}
-
-/// Checks the first certificate of a PEM file with usage_refusal(). Fails with bad_file at `where` if it must not sign
-/// a report, or if openssl is not installed or cannot read the certificate.
+/// Checks the first certificate of a PEM file with find_usage_refusal(). Fails with bad_file at `where` if it must not
+/// sign a report, or if openssl is not installed or cannot read the certificate.
 Result<void> check_usage(const std::string& certificate, const std::string& where) {
   const auto run = run_program(
       "openssl", {"x509", "-in", certificate, "-noout", "-ext", "basicConstraints,keyUsage,extendedKeyUsage"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0) return failure(FaultKind::bad_file, where, "openssl cannot read the signer's certificate");
-  const std::string refusal = usage_refusal(run->out);
+  const std::string refusal = find_usage_refusal(run->out);
   return refusal.empty() ? Result<void>{} : failure(FaultKind::bad_file, where, "the signer's certificate " + refusal);
 }
 

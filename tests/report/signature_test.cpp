@@ -3,27 +3,19 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cctype>
-#include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <random>
 #include <regex>
-#include <thread>
-#include <tuple>
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "report/dcc.hpp"
-#include "report/other_program.hpp"
 #include "report/report_files.hpp"
 #include "report/signed_report.hpp"
 #include "tests/report/signing_keys.hpp"
@@ -40,39 +32,6 @@ constexpr int kTries = 10;
 #endif
 
 constexpr const char* kLateUtc = "2999-01-01T00:00:00Z";
-/// Returns a PDF with two pages, and optionally with an empty signature field on the second page.
-std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
-  const auto stream = [](const std::string& content) {
-    const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", content);
-    return fmt::format("<< /Length {} >>\nstream\n{}\nendstream", drawn.size(), drawn);
-  };
-  const auto page = [](int contents) {
-    return fmt::format(
-        "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 595 842] /Resources << /Font << /F 7 0 R >> >> /Contents {} 0 R "
-        ">>",
-        contents);
-  };
-  std::vector<std::string> objects{"<< /Type /Catalog /Pages 2 0 R >>",
-                                   "<< /Type /Pages /Kids [3 0 R 4 0 R] /Count 2 >>",
-                                   page(5),
-                                   page(6),
-                                   stream(first),
-                                   stream(second),
-                                   "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
-  if (has_field) {
-    objects[0] = "<< /Type /Catalog /Pages 2 0 R /AcroForm << /Fields [8 0 R] /SigFlags 1 >> >>";
-    objects[3].insert(3, "/Annots [8 0 R] ");
-    objects.push_back("<< /Type /Annot /Subtype /Widget /FT /Sig /T (Signature) /Rect [0 0 0 0] /F 132 /P 4 0 R >>");
-  }
-  std::string pdf = "%PDF-1.6\n", table = "0000000000 65535 f \n";
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    table += fmt::format("{:010} 00000 n \n", pdf.size());
-    pdf += fmt::format("{} 0 obj\n{}\nendobj\n", i + 1, objects[i]);
-  }
-  return pdf + fmt::format("xref\n0 {}\n{}trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
-                           objects.size() + 1, table, objects.size() + 1, pdf.size());
-}
-
 std::string bytes_of(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
 /// Fixture with keys, and a folder with a report that is signed with them.
@@ -760,36 +719,6 @@ TEST_F(Signed, RefusesKeyThatIsNotRsa) {
   EXPECT_EQ(text(refused.error()), key + ": is not an RSA key");
 }
 
-TEST_F(Signed, RefusesKeyForOtherPadding) {
-  const std::string key = *keys_ / "pss.key", certificate = *keys_ / "pss.pem";
-  run("openssl", {"req", "-x509", "-newkey", "rsa-pss", "-pkeyopt", "rsa_keygen_bits:2048", "-nodes", "-keyout", key,
-                  "-out", certificate, "-days", "30", "-subj", "/CN=pss", "-addext",
-                  "basicConstraints=critical,CA:FALSE", "-addext", "keyUsage=critical,digitalSignature"});
-  const SigningKey padded{.key_file = key, .certificate_file = certificate};
-  const SigningKey other{.key_file = key, .certificate_file = keys_->key("lab").certificate_file};
-  for (const SigningKey& one : {padded, other}) {
-    const auto refused = check_signing_key_without_prompt(one);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(text(refused.error()), key + ": is an RSA-PSS key, expected rsaEncryption");
-  }
-  SigningKey locked = padded;
-  locked.key_file = *keys_ / "locked.key";
-  const auto refused = check_signing_key_without_prompt(locked);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().where, certificate);
-}
-
-TEST_F(Signed, RequiresPlainCertificateOfSigner) {
-  SigningKey key = keys_->key("lab");
-  const std::string trusted = at("trusted.pem");
-  run("openssl", {"x509", "-in", key.certificate_file, "-trustout", "-out", trusted});
-  key.certificate_file = trusted;
-  const auto refused = check_signing_key(key);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(text(refused.error()), trusted + ": contains \"TRUSTED CERTIFICATE\", expected a certificate in PEM");
-  EXPECT_TRUE(check_trusted_file(trusted));
-}
-
 /// The disk becomes full while the last file is written.
 TEST_F(Signed, LeavesFolderUnchangedWhenDiskIsFull) {
   const std::string before = bytes("report.pdf");
@@ -816,89 +745,6 @@ TEST_F(Signed, LeavesNoKeyBehind) {
   EXPECT_TRUE(failing().empty());
   EXPECT_TRUE(list_folder(std::filesystem::path(place / "x").parent_path()).empty());
   ::unsetenv("XDG_RUNTIME_DIR");
-}
-
-/// Replaces a program by a script that makes the file "reached" and waits, if its arguments contain a text.
-class HangingProgram {
- public:
-  HangingProgram(const tests::TestFolder& folder, const std::string& program, const std::string& arguments)
-      : path_(std::getenv("PATH")) {
-    const std::string script = folder / program;
-    (void)replace_text_file(script, fmt::format("#!/bin/sh\ncase \"$*\" in *'{}'*) : > '{}'; exec sleep 60;; esac\n"
-                                                "PATH='{}' exec {} \"$@\"\n",
-                                                arguments, folder / "reached", path_, program));
-    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
-    ::setenv("PATH", (std::filesystem::path(script).parent_path().string() + ":" + path_).c_str(), 1);
-  }
-  ~HangingProgram() { ::setenv("PATH", path_.c_str(), 1); }
-  HangingProgram(const HangingProgram&) = delete;
-  HangingProgram& operator=(const HangingProgram&) = delete;
-
- private:
-  std::string path_;
-};
-
-/// Sends a signal to a process that signs, as soon as the file `reached` exists. Returns the signal that ended it; 0 if
-/// it ended by itself.
-int signal_signing_process(const std::function<void()>& sign, const std::string& reached, int signal) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    sign();
-    ::_exit(0);
-  }
-  int status = 0;
-  while (!std::filesystem::exists(reached) && ::waitpid(child, &status, WNOHANG) == 0)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  EXPECT_TRUE(std::filesystem::exists(reached)) << "it did not wait";
-  if (!std::filesystem::exists(reached)) return 0;
-  ::kill(child, signal);
-  ::waitpid(child, &status, 0);
-  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-}
-
-/// Fails the test if a file below a folder contains a private key in clear, or a key store opens without a password.
-void expect_no_key(const std::string& folder) {
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file())
-      EXPECT_EQ(bytes_of(entry.path()).find("PRIVATE KEY"), std::string::npos) << entry.path();
-    if (entry.path().filename() != "key4.db") continue;
-    const auto keys =
-        run_program("certutil", {"-K", "-d", "sql:" + entry.path().parent_path().string(), "-f", "/dev/null"});
-    ASSERT_TRUE(keys) << text(keys.error());
-    EXPECT_NE(keys->exit_code, 0) << keys->out;
-  }
-}
-
-/// SIGKILL leaves the folder, but no key in it.
-TEST_F(Signed, LeavesNoKeyWhenEndedBySignal) {
-  SigningKey key = keys_->key("lab");
-  key.key_file = *keys_ / "locked.key";
-  key.password_file = *keys_ / "password";
-  const std::string pdf = at("report.pdf"), out = at("signed.pdf");
-  const std::function<void()> pdf_signing = [&] { (void)sign_pdf(pdf, out, key, "a test"); };
-  const std::function<void()> bytes_signing = [&] { (void)sign_bytes("a protocol", key); };
-  const std::function<void()> dcc_signing = [&] {
-    (void)sign_dcc(make_dcc(sample_calibration(), {.files = {}}).value(), key);
-  };
-  const std::array<std::tuple<const char*, const char*, const std::function<void()>*>, 6> moments{
-      {{"openssl", "-pubout", &bytes_signing},
-       {"openssl", "cms -sign", &bytes_signing},
-       {"openssl", "pkcs12", &pdf_signing},
-       {"pk12util", "-i", &pdf_signing},
-       {"pdfsig", "-nssdir", &pdf_signing},
-       {"xmlsec1", "--sign", &dcc_signing}}};
-  for (const auto& [program, arguments, sign] : moments)
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL}) {
-      SCOPED_TRACE(fmt::format("{} {}, signal {}", program, arguments, signal));
-      const tests::TestFolder programs, temporary;
-      const std::string folder = std::filesystem::path(temporary / "x").parent_path();
-      ::setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
-      const HangingProgram hanging(programs, program, arguments);
-      EXPECT_EQ(signal_signing_process(*sign, programs / "reached", signal), signal);
-      ::unsetenv("XDG_RUNTIME_DIR");
-      EXPECT_EQ(list_folder(folder).empty(), signal != SIGKILL);
-      expect_no_key(folder);
-    }
 }
 
 TEST_F(Signed, RefusesDraft) {
@@ -932,78 +778,6 @@ TEST_F(Signed, NamesPackageOfMissingProgram) {
   ::setenv("PATH", path.c_str(), 1);
   ASSERT_FALSE(refused);
   EXPECT_NE(text(refused.error()).find("package poppler-utils"), std::string::npos) << text(refused.error());
-}
-
-int counted_signals = 0;
-void count_signal(int) { ++counted_signals; }
-
-/// Sets the action of a signal and restores the previous one at the end.
-class SignalAction {
- public:
-  SignalAction(int signal, void (*action)(int)) : signal_(signal), before_(std::signal(signal, action)) {}
-  ~SignalAction() { std::signal(signal_, before_); }
-  SignalAction(const SignalAction&) = delete;
-  SignalAction& operator=(const SignalAction&) = delete;
-
- private:
-  int signal_;
-  void (*before_)(int);
-};
-
-TEST(OtherProgram, IsEndedBySignalBeforeFoldersAreRemoved) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const SignalAction counting(signal, count_signal);
-    counted_signals = 0;
-    {
-      const auto outer = PrivateFolder::make();
-      ASSERT_TRUE(outer);
-      {
-        const auto inner = PrivateFolder::make();
-        ASSERT_TRUE(inner);
-        std::raise(signal);
-        const auto run = run_program("sleep", {"60"});
-        ASSERT_FALSE(run);
-        EXPECT_EQ(run.error().kind, FaultKind::interrupted);
-      }
-      EXPECT_EQ(counted_signals, 0) << "a folder is left";
-    }
-    EXPECT_EQ(counted_signals, 1);
-    EXPECT_TRUE(run_program("true", {}));
-  }
-}
-
-TEST(OtherProgram, IgnoresIgnoredHangup) {
-  const SignalAction ignoring(SIGHUP, SIG_IGN);
-  const auto folder = PrivateFolder::make();
-  ASSERT_TRUE(folder);
-  std::raise(SIGHUP);
-  EXPECT_TRUE(run_program("true", {}));
-}
-
-TEST(OtherProgram, HasSignalMaskOfCaller) {
-  const std::vector<std::string> arguments{"SigBlk", "/proc/self/status"};
-  const auto before = run_program("grep", arguments);
-  const auto folder = PrivateFolder::make();
-  const auto during = run_program("grep", arguments);
-  ASSERT_TRUE(before && during);
-  EXPECT_NE(before->out, "");
-  EXPECT_EQ(during->out, before->out);
-}
-
-TEST(OtherProgram, OutputHidesPrivatePaths) {
-  const auto folder = PrivateFolder::make();
-  const auto file = MemoryFile::make("a secret");
-  ASSERT_TRUE(folder && file);
-  const auto run = run_program("echo", {*folder / "in.xml", file->path(), "sql:" + (*folder / "store")});
-  ASSERT_TRUE(run);
-  EXPECT_EQ(run->out, "in.xml memory sql:store\n");
-  EXPECT_EQ(run_program("cat", {file->path()}).value_or(ProgramRun{}).out, "a secret");
-}
-
-TEST(OtherProgram, IsKilledAfterTimeout) {
-  const auto run = run_program("sleep", {"60"}, std::chrono::milliseconds(50));
-  ASSERT_FALSE(run);
-  EXPECT_EQ(run.error().kind, FaultKind::timeout);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/report/signing_keys.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "core/file.hpp"
@@ -12,6 +13,38 @@ void run(const std::string& program, const std::vector<std::string>& words) {
   const auto ran = run_program(program, words);
   ASSERT_TRUE(ran) << text(ran.error());
   ASSERT_EQ(ran->exit_code, 0) << program << ": " << ran->out;
+}
+
+std::string pdf_of(const std::string& first, const std::string& second, bool has_field) {
+  const auto stream = [](const std::string& content) {
+    const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", content);
+    return fmt::format("<< /Length {} >>\nstream\n{}\nendstream", drawn.size(), drawn);
+  };
+  const auto page = [](int contents) {
+    return fmt::format(
+        "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 595 842] /Resources << /Font << /F 7 0 R >> >> /Contents {} 0 R "
+        ">>",
+        contents);
+  };
+  std::vector<std::string> objects{"<< /Type /Catalog /Pages 2 0 R >>",
+                                   "<< /Type /Pages /Kids [3 0 R 4 0 R] /Count 2 >>",
+                                   page(5),
+                                   page(6),
+                                   stream(first),
+                                   stream(second),
+                                   "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
+  if (has_field) {
+    objects[0] = "<< /Type /Catalog /Pages 2 0 R /AcroForm << /Fields [8 0 R] /SigFlags 1 >> >>";
+    objects[3].insert(3, "/Annots [8 0 R] ");
+    objects.push_back("<< /Type /Annot /Subtype /Widget /FT /Sig /T (Signature) /Rect [0 0 0 0] /F 132 /P 4 0 R >>");
+  }
+  std::string pdf = "%PDF-1.6\n", table = "0000000000 65535 f \n";
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    table += fmt::format("{:010} 00000 n \n", pdf.size());
+    pdf += fmt::format("{} 0 obj\n{}\nendobj\n", i + 1, objects[i]);
+  }
+  return pdf + fmt::format("xref\n0 {}\n{}trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
+                           objects.size() + 1, table, objects.size() + 1, pdf.size());
 }
 
 Keys::Keys() {

@@ -17,6 +17,9 @@ inline constexpr const char* kForSigning =
 /// Runs a program, which must succeed.
 void run(const std::string& program, const std::vector<std::string>& words);
 
+/// Returns a PDF with two pages, and optionally with an empty signature field on the second page.
+std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false);
+
 /// Keys and certificates of an authority and of the signers that it has certified.
 class Keys {
  public:

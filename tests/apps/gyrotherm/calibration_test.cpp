@@ -389,18 +389,6 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithCharactersMissingFromPdf) {
       << compared.err;
 }
 
-TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithLogoMissingFromPdf) {
-  std::ofstream(in("logo.svg")) << "<svg xmlns=\"http://www.w3.org/2000/svg\"><image href=\"http://a/b.png\"/></svg>";
-  std::string laboratory = kLaboratory;
-  std::ofstream(in("logo.toml")) << laboratory.insert(laboratory.find("city"), "logo = \"logo.svg\"\n");
-  run("report " + in("random.db") + " --model " + in("model.json") + " --laboratory " + in("logo.toml") + " --order " +
-      in("order.toml") + " --out " + in("logo"));
-  const auto refused = gyrotherm_with("report authorise " + in("logo") + " --by 'B. Berg'");
-  EXPECT_EQ(refused.exit_code, 4);
-  EXPECT_NE(refused.err.find("calibration.pdf: laboratory.logo: "), std::string::npos) << refused.err;
-  EXPECT_EQ(read_report("logo").state, report::ReportState::draft);
-}
-
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnlyByPersonWithRole) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("roles"));
   for (const char* name : {"Mickey Mouse", "K. Kurz", "b. berg", "B. Berg ", "authorising"}) {

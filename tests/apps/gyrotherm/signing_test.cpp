@@ -175,6 +175,21 @@ TEST_F(Signing, LeavesNoKeyWhenInterrupted) {
   }
 }
 
+TEST_F(Signing, IsNotAuthorisedWithLogoMissingFromPdf) {
+  const std::string folder = *folder_ / "logo";
+  std::filesystem::create_directory(folder);
+  auto report = report_on(*folder_);
+  report.logo =
+      report::Logo{.media_type = "image/svg+xml", .base64 = "PHN2Zz48aW1hZ2UgaHJlZj0iaHR0cDovL2EvYi5wbmciLz48L3N2Zz4="};
+  std::ofstream(folder + "/calibration.json") << to_json(report);
+  std::ofstream(folder + "/calibration.html") << "a view in this language is rendered";
+  const auto refused = gyrotherm_with("report authorise " + folder + " --by 'B. Berg' --without-sources --laboratory " +
+                                      (*folder_ / "laboratory.toml"));
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("calibration.pdf: laboratory.logo: "), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder + "/authorisation.json"));
+}
+
 TEST_F(Signing, IsVerifiedAsJson) {
   const auto found = nlohmann::json::parse(verify("--json").out);
   EXPECT_EQ(found["holds"], true);

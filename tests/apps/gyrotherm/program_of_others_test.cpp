@@ -105,7 +105,7 @@ TEST_F(ProgramOfOthers, IsRunByCheckOnlyToConnect) {
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_NE(checked.out.find("shell: read by the program ./acme.sh"), std::string::npos) << checked.out;
   const auto looked = gyrotherm_with("doctor --rig " + rig);
-  EXPECT_NE(looked.out.find("acme.sh may be run"), std::string::npos) << looked.out << looked.err;
+  EXPECT_NE(looked.out.find("acme.sh is executable"), std::string::npos) << looked.out << looked.err;
   EXPECT_TRUE(pids().empty()) << "neither command has started it";
   const auto connected = gyrotherm_with("check --connect --rig " + rig);
   EXPECT_EQ(connected.exit_code, 0) << connected.err;

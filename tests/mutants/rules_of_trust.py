@@ -29,13 +29,13 @@ MUTANTS = [
      "report_test", "Contradictions.AreFoundInFalsifiedReport"),
 
     # Certificates.
-    ("a web server's certificate signs", "report/signature.cpp",
+    ("a web server's certificate signs", "report/certificate_usage.cpp",
      "extended && !intersects(*extended, kDocumentUsages)", "false",
      "report_test", "Signed.RefusesCertificateForOtherPurpose"),
-    ("a certificate for encrypting signs", "report/signature.cpp",
+    ("a certificate for encrypting signs", "report/certificate_usage.cpp",
      "!usage || !intersects(*usage, kSigningUsages)", "false",
      "report_test", "Signed.RefusesCertificateForOtherPurpose"),
-    ("an authority signs", "report/signature.cpp",
+    ("an authority signs", "report/certificate_usage.cpp",
      'std::ranges::find(*constraints, "CA:TRUE") != constraints->end()', "false",
      "report_test", "Signed.RefusesCertificateForOtherPurpose"),
     ("the purpose of a certificate is not verified", "report/signature.cpp",

@@ -96,7 +96,7 @@ MUTANTS = [
     # The chamber's lock.
     ("a name that is taken is no lock", "drivers/chamber/chamber_lock.cpp",
      "if (!name && name.error() == EADDRINUSE)", "if (false)",
-     "drivers_test", "ChamberLockTest.IsTakenDespiteStrangerWhoHoldsItsName"),
+     "drivers_test", "ChamberLockTest.ExcludesSecondProgramByNamesAlone"),
     ("a folder of others is used", "drivers/chamber/chamber_lock.cpp",
      "|| !is_writable_by_this_user_only(found)) return {};", ") return {};",
      "drivers_test", "ChamberLockTest.IgnoresFolderOfAnotherUser"),

@@ -120,7 +120,7 @@ endfunction()
 # gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program. A suite in TOGETHER
 # runs as one test, because its fixture takes long to make. Suites that share such a fixture are joined by colons, and the
 # test has the name of the first. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING for clocks and other
-# programs most of the time. The test preset runs 8 of these units at once on two processors, waiting and long tests first.
+# programs most of the time. The test preset runs 12 of these units at once on two processors, waiting and long tests first.
 function(gyrotherm_discover program)
   cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})
   list(TRANSFORM suites_TOGETHER REPLACE ":" ".*:")

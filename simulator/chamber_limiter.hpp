@@ -21,7 +21,6 @@ class ChamberLimiter {
  public:
   /// Sets the temperature at which it trips, as the knob of a chamber does. It has no effect on a tripped limiter.
   void set(double highest_c) { highest_c_ = highest_c; }
-  [[nodiscard]] double setting_c() const { return highest_c_; }
   void reset() { is_tripped_ = false; }
   void inject(LimiterFault fault) { fault_ = fault; }
 

@@ -80,7 +80,6 @@ class LogReading {
 
   /// Returns whether the map has a column of messages with this name.
   [[nodiscard]] bool selects_message(std::string_view message) const;
-  [[nodiscard]] const std::vector<LogColumn>& available_columns() const { return there_; }
   /// Returns the columns of series with at least one message.
   [[nodiscard]] std::vector<LogColumn> published_columns() const;
   [[nodiscard]] std::size_t damaged_messages() const { return damaged_; }

@@ -252,6 +252,7 @@ class Page(WatchedRun):
         time.sleep(2.5)
         self.browser.execute_script("close_stream(); window.requests = 0;")
         self.replace_answers("/series?", "(++requests, got)")
+        time.sleep(0.3)  # longer than the shortest time between two redraws
         for count, skipped in enumerate((1, 30, 300), 1):
             self.browser.execute_script(f"""
                 const sample = page.run.sample;

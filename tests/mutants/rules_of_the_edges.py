@@ -105,7 +105,7 @@ MUTANTS = [
      "drivers_test", "ChamberPlace.IsEqualForEveryLocalAddress"),
     ("callers fill the name's queue", "drivers/chamber/chamber_lock.cpp",
      "i < kMostAtOnce && name_.is_open()", "i < 0",
-     "drivers_test", "ChamberLockTest.ReportsHolderDespiteManyQueries"),
+     "drivers_test", "ChamberLockTest.MakesSpaceInFullQueue"),
     ("make-safe gives way to a stranger", "sequencer/watchdog/safe_attempt.cpp",
      "if (holder.uid != 0 && holder.uid != ::geteuid()) return false;\n", "",
      "gyrotherm", "lock_name_thieves_called_gyrotherm"),

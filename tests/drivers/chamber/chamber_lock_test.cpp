@@ -101,6 +101,41 @@ TEST_F(ChamberLockTest, IsFreeAfterHolderWasKilled) {
   EXPECT_TRUE(ChamberLock::take(place, "later.db"));
 }
 
+/// Abstract socket address of a chamber's name.
+class ChamberAddress {
+ public:
+  explicit ChamberAddress(const std::string& place) {
+    const auto name = "gyrotherm-chamber/" + place;
+    address_.sun_family = AF_UNIX;
+    std::copy(name.begin(), name.end(), address_.sun_path + 1);
+    size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  }
+  [[nodiscard]] const sockaddr* pointer() const { return reinterpret_cast<const sockaddr*>(&address_); }
+  socklen_t size{};
+
+ private:
+  sockaddr_un address_{};
+};
+
+/// Returns whether the queue of the chamber's name accepts a caller, who leaves at once.
+bool accepts_caller(const std::string& place) {
+  const ChamberAddress address(place);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const bool is_accepted = ::connect(socket, address.pointer(), address.size) == 0;
+  ::close(socket);
+  return is_accepted;
+}
+
+/// Another user finds the holder only by a call: the open files of the holder are hidden.
+TEST_F(ChamberLockTest, MakesSpaceInFullQueue) {
+  constexpr int kMoreThanAnyQueue = 100'000, kEnough = 64;
+  const auto lock = ChamberLock::take(place, "a.db");
+  ASSERT_TRUE(lock);
+  for (int callers = 0; accepts_caller(place); ++callers) ASSERT_LT(callers, kMoreThanAnyQueue);
+  for (int i = 0; i < kEnough; ++i) lock->close_callers();
+  EXPECT_TRUE(accepts_caller(place));
+}
+
 TEST_F(ChamberLockTest, ReportsHolderDespiteManyQueries) {
   const auto lock = ChamberLock::take(place, "a.db");
   ASSERT_TRUE(lock);
@@ -124,16 +159,12 @@ constexpr Squat kSquats[] = {{"bound", false, 0}, {"listening", true, 0}, {"full
 
 /// Binds the name of a chamber as another user, until the process is killed.
 bool squat_as(const std::string& place, const Squat& how, uid_t uid) {
-  const auto name = "gyrotherm-chamber/" + place;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::copy(name.begin(), name.end(), address.sun_path + 1);
-  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  const auto* to = reinterpret_cast<const sockaddr*>(&address);
+  const ChamberAddress address(place);
   if (::setgid(uid) != 0 || ::setuid(uid) != 0) return false;
   const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  if (::bind(socket, to, size) != 0 || (how.listens && ::listen(socket, 1) != 0)) return false;
-  for (int i = 0; i < how.callers; ++i) ::connect(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0), to, size);
+  if (::bind(socket, address.pointer(), address.size) != 0 || (how.listens && ::listen(socket, 1) != 0)) return false;
+  for (int i = 0; i < how.callers; ++i)
+    ::connect(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0), address.pointer(), address.size);
   return true;
 }
 

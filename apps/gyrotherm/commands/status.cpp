@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "apps/console/command.hpp"

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "acquisition/record/row.hpp"
+#include "acquisition/record/schema.hpp"
 
 namespace gyrotherm::record {
 

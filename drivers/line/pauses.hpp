@@ -28,7 +28,7 @@ class Backoff {
   void end_rest() { rest_ = Duration::zero(); }
   /// Returns the remaining rest period; zero if the line may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
-  /// Returns the cause of the last failure and the rest period: "Connection refused; next try in 0.5 s".
+  /// Returns the cause of the failure and the time until the next attempt: "Connection refused; next try in 0.5 s".
   [[nodiscard]] std::string message() const;
 
  private:

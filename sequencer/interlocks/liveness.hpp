@@ -115,8 +115,8 @@ class RecentMotion {
   /// Returns the speed of the last step, or the mean speed of the latest steps if that is more; in K/s, in the
   /// direction of `sign`.
   [[nodiscard]] double fastest(double sign) const;
-  /// As fastest(), but a single fast step counts only with its share of the mean, because a reading that jumps has no
-  /// such motion.
+  /// Returns fastest() of a motion that lasts. A single fast step counts only with its share of the mean, because it
+  /// may be a jump.
   [[nodiscard]] double sustained(double sign) const;
   /// Returns the mean speed before the last step, in K/s, in the direction of `sign`.
   [[nodiscard]] double previous(double sign) const;
@@ -132,7 +132,7 @@ class RecentMotion {
   std::deque<MotionStep> steps_;
 };
 
-/// A jump of the latest readings. It is withdrawn if everything else turns out to move likewise.
+/// A jump among the latest readings. It is withdrawn if the air or the other thermometers then move as fast.
 struct RecentJump {
   MotionStep step;
   std::size_t age{};  ///< readings since then

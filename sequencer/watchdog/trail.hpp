@@ -42,7 +42,7 @@ class TraceWriter {
   void hand_over_to(const std::string& successor);
   /// Returns true if everything has been written within that time. Repeats writes that fail.
   [[nodiscard]] bool settle(Duration within);
-  /// Describes why the last write has failed: "disk full". Empty if it has not failed, or has not returned.
+  /// Returns the error of the latest write, such as "disk full"; empty if the write succeeded or has not returned.
   [[nodiscard]] const std::string& write_fault() const { return write_fault_; }
 
   /// Returns the order of a user to give up that find_end_reason() has found; empty if there is none.

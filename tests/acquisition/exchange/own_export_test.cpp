@@ -207,7 +207,8 @@ TEST(OwnExport, ComesBackWithItsCountingTimes) {
             EXPECT_EQ(is.size(), was.size());
             for (const auto& [time_s, rate] : was) {
               ASSERT_TRUE(is.contains(time_s)) << time_s;
-              EXPECT_NEAR(is.at(time_s), rate, 1e-8 * rate) << time_s;  // times have a resolution of 1 ns
+              // The times have a resolution of 1 ns.
+              EXPECT_NEAR(is.at(time_s), rate, 1e-8 * rate) << time_s;
             }
           }
         }

@@ -55,6 +55,13 @@ bool has_origin(const WebRequest& request) {
   return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
 }
 
+/// Returns the answer if the end of sessions could not be stored.
+WebAnswer not_stored_answer(const Fault& fault) {
+  return refusal(500, fmt::format("the sessions have ended, but they are valid again after a restart of the monitor, "
+                                  "because the list of sessions cannot be stored: {}",
+                                  fault.what));
+}
+
 }  // namespace
 
 AccessControl::AccessControl(const AccessOptions& options, Users& users, Sessions& sessions, const Clock& clock)
@@ -92,7 +99,8 @@ std::variant<Sender, WebAnswer> AccessControl::identify_sender(const WebRequest&
 std::optional<Identity> AccessControl::session_user(const Sessions::Session& session) {
   auto identity = users_.find_by_name(session.user);
   if (!identity || identity->password_id == session.password_id) return identity;
-  sessions_.close(session.id);
+  // If the end cannot be stored, the session still has another password_id after a restart.
+  (void)sessions_.close(session.id);
   return std::nullopt;
 }
 
@@ -126,12 +134,12 @@ WebAnswer AccessControl::log_in(const WebRequest& request) {
 }
 
 WebAnswer AccessControl::log_out(const WebRequest& request) {
-  if (auto session = sessions_.find(session_secret(request))) {
-    if (!has_origin(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
-      return refusal(403, "the request does not come from the page");
-    sessions_.close(session->id);
-  }
-  WebAnswer answer{.body = "{}"};
+  const auto session = sessions_.find(session_secret(request));
+  if (session && (!has_origin(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token"))))
+    return refusal(403, "the request does not come from the page");
+  // The session of a repeated logout has ended before; its end may not be stored yet.
+  const auto ended = session ? sessions_.close(session->id) : sessions_.store_again();
+  auto answer = ended ? WebAnswer{.body = "{}"} : not_stored_answer(ended.error());
   answer.headers.emplace_back("Set-Cookie", make_cookie("", request, 0));
   return answer;
 }
@@ -158,7 +166,8 @@ WebAnswer AccessControl::answer_sessions(const WebRequest& request) {
       return refusal(403, "the request does not come from the page");
     const auto body = read_body(request, {"user"});
     if (!body) return refusal(400, body.error().what);
-    sessions_.close_all_for_user(body->at("user"));
+    if (const auto ended = sessions_.close_all_for_user(body->at("user")); !ended)
+      return not_stored_answer(ended.error());
   }
   Json list = Json::array();
   for (const auto& session : sessions_.all())

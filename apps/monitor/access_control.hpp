@@ -46,19 +46,19 @@ class AccessControl {
                                                         Role role) const;
 
   /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session, which returns the
-  /// user and the permissions.
+  /// user and the permissions. A logout whose end of the session cannot be stored is answered with 500.
   [[nodiscard]] WebAnswer log_in(const WebRequest& request);
   [[nodiscard]] WebAnswer log_out(const WebRequest& request);
   [[nodiscard]] WebAnswer answer_session(const WebRequest& request);
-  /// Answers GET and POST /api/v1/sessions for administrators. A POST of {"user"} first ends the sessions of that user.
-  /// Both return the list of sessions.
+  /// Answers GET and POST /api/v1/sessions for administrators. A POST of {"user"} first ends the sessions of that user,
+  /// and is answered with 500 if that cannot be stored. Both return the list of sessions.
   [[nodiscard]] WebAnswer answer_sessions(const WebRequest& request);
 
   [[nodiscard]] const AccessOptions& options() const { return options_; }
 
  private:
-  /// Returns the user of a session. Returns nothing, and ends the session, if the user was removed or has changed the
-  /// password since the session began.
+  /// Returns the user of a session, or nothing if the user was removed. If the password has changed since the session
+  /// began, returns nothing and ends the session.
   [[nodiscard]] std::optional<Identity> session_user(const Sessions::Session& session);
 
   AccessOptions options_;

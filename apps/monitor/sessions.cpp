@@ -38,12 +38,16 @@ Result<void> Sessions::load() {
   return {};
 }
 
-/// Writes the list. Ignores a failure: the sessions remain valid in memory.
-void Sessions::save() const {
-  if (path_.empty()) return;
+/// Writes the list. Fails with storage.
+Result<void> Sessions::save() {
+  if (path_.empty()) return {};
   std::vector<Session> list;
   for (const auto& [id, session] : sessions_) list.push_back(session);
-  (void)write_private_file(path_, json_text(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
+  auto written =
+      write_private_file(path_, json_text(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
+  is_stored_ = written.has_value();
+  tried_at_ = clock_.now().since_start;
+  return written;
 }
 
 void Sessions::remove_expired() {
@@ -68,7 +72,7 @@ std::string Sessions::open(const std::string& user, const std::string& password_
                   .used = now};
   sessions_.insert_or_assign(session.id, session);
   remove_expired();
-  save();
+  (void)save();
   return secret;
 }
 
@@ -78,27 +82,33 @@ std::optional<Sessions::Session> Sessions::find(const std::string& secret) {
   if (secret.size() != kSecretLength) return std::nullopt;
   const std::lock_guard lock(mutex_);
   remove_expired();
+  const auto now = clock_.now();
+  constexpr Duration kSaveInterval = std::chrono::minutes(10), kRetryInterval = std::chrono::minutes(1);
+  if (!is_stored_ && now.since_start - tried_at_ >= kRetryInterval) (void)save();
   const auto found = sessions_.find(sha256(secret));
   if (found == sessions_.end()) return std::nullopt;
-  const auto now = clock_.now().utc;
-  constexpr auto kSaveInterval = std::chrono::minutes(10);
-  if (now - found->second.used > kSaveInterval) {
-    found->second.used = now;
-    save();
+  if (now.utc - found->second.used > kSaveInterval) {
+    found->second.used = now.utc;
+    (void)save();
   }
   return found->second;
 }
 
-void Sessions::close(const std::string& id) {
+Result<void> Sessions::close(const std::string& id) {
   const std::lock_guard lock(mutex_);
   sessions_.erase(id);
-  save();
+  return save();
 }
 
-void Sessions::close_all_for_user(const std::string& user) {
+Result<void> Sessions::close_all_for_user(const std::string& user) {
   const std::lock_guard lock(mutex_);
   std::erase_if(sessions_, [&](const auto& entry) { return entry.second.user == user; });
-  save();
+  return save();
+}
+
+Result<void> Sessions::store_again() {
+  const std::lock_guard lock(mutex_);
+  return is_stored_ ? Result<void>() : save();
 }
 
 std::vector<Sessions::Session> Sessions::all() {

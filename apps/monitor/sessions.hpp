@@ -38,22 +38,31 @@ class Sessions {
 
   /// Loads the list from its file, if that exists. Fails with bad_file.
   [[nodiscard]] Result<void> load();
-  /// Opens a session. Returns the secret for the cookie.
+  /// Opens a session. Returns the secret for the cookie. If the list cannot be stored, the session ends with the
+  /// monitor.
   [[nodiscard]] std::string open(const std::string& user, const std::string& password_id);
   /// Returns the unexpired session of a cookie's secret, and records its use.
   [[nodiscard]] std::optional<Session> find(const std::string& secret);
-  void close(const std::string& id);
-  void close_all_for_user(const std::string& user);
+  /// End a session, or all sessions of a user. Fail with storage if the list cannot be stored: the sessions have ended,
+  /// but a restart of the monitor would revive them. The next calls of find() try to store the list again.
+  [[nodiscard]] Result<void> close(const std::string& id);
+  [[nodiscard]] Result<void> close_all_for_user(const std::string& user);
+  /// Stores the list if that failed before. Fails with storage.
+  [[nodiscard]] Result<void> store_again();
   [[nodiscard]] std::vector<Session> all();
 
  private:
   void remove_expired();
-  void save() const;
+  [[nodiscard]] Result<void> save();
 
   std::string path_;
   const Clock& clock_;
   std::mutex mutex_;
   std::map<std::string, Session> sessions_;
+  /// The last attempt to store the list succeeded.
+  bool is_stored_ = true;
+  /// Time of the last attempt, since the start.
+  Duration tried_at_{};
 };
 
 /// Confirmation tokens for commands. A token is valid once, for 30 s. Usable from any thread.

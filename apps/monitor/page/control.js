@@ -5,6 +5,8 @@
 
 const control = (() => {
   const dialog = () => document.getElementById('dialog');
+  /// Reason why the last logout is incomplete, for the login view.
+  let logout_error = '';
 
   function post(path, body) {
     return request_json(path, {
@@ -15,7 +17,7 @@ const control = (() => {
   }
 
   function login_view() {
-    const error = make_element('p', {class: 'error', role: 'alert'});
+    const error = make_element('p', {class: 'error', role: 'alert'}, logout_error);
     const name = make_element('input', {id: 'login-name', name: 'name', autocomplete: 'username', required: true}),
       password = make_element('input', {
         id: 'login-password',
@@ -43,13 +45,15 @@ const control = (() => {
         password.focus();
         return;
       }
+      logout_error = '';
       start_page();
     });
     return make_element('section', {class: 'sheet half'}, form);
   }
 
   async function log_out() {
-    await post('/api/v1/logout', {});
+    const response = await post('/api/v1/logout', {});
+    logout_error = response.ok ? '' : make_sentence(response.json.error);
     close_stream();
     page.run = null;
     start_page();

@@ -7,6 +7,8 @@
 #include <map>
 
 #include "apps/monitor/http_message.hpp"
+#include "core/json.hpp"
+#include "tests/apps/monitor/blocked_file.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::monitor {
@@ -48,6 +50,16 @@ class Access : public ::testing::Test {
     const auto& header = answer.headers.front().second;
     return header.substr(0, header.find(';'));
   }
+  /// Returns a POST that the page sends in the session of a cookie.
+  WebRequest page_post(const std::string& path, const std::string& cookie, const std::string& body = "{}") {
+    auto sent = request(path);
+    sent.head.headers["cookie"] = cookie;
+    const auto csrf = Json::parse(access_.answer_session(sent).body)["csrf"];
+    if (csrf.is_string()) sent.head.headers["x-csrf-token"] = csrf.get<std::string>();
+    sent.head.method = "POST";
+    sent.body = body;
+    return sent;
+  }
   /// Returns the name of the user that a cookie identifies, or an empty text.
   static std::string user_admitted_by(AccessControl& access, const std::string& cookie) {
     auto sent = request("/api/v1/runs");
@@ -85,6 +97,42 @@ TEST_F(Access, EndsSessionsOfOldPasswordAfterRestart) {
   AccessControl again({.control = true, .allows_guests = false}, users_, read, clock_);
   EXPECT_EQ(user_admitted_by(again, kept), "");
   EXPECT_EQ(user_admitted_by(again, cookie), "");
+}
+
+TEST_F(Access, ReportsLogoutThatCannotBeStored) {
+  put("ada", Role::viewer, kPassword);
+  const auto cookie = cookie_of("ada", kPassword);
+  const auto logout = page_post("/api/v1/logout", cookie);
+  {
+    const BlockedFile blocked(folder_ / "sessions.json");
+    const auto answer = access_.log_out(logout);
+    EXPECT_EQ(answer.status, 500);
+    EXPECT_FALSE(Json::parse(answer.body)["error"].get<std::string>().empty());
+    ASSERT_EQ(answer.headers.size(), 1u);
+    EXPECT_NE(answer.headers.front().second.find("Max-Age=0"), std::string::npos) << "the browser forgets the secret";
+    EXPECT_EQ(user_admitted_by(access_, cookie), "");
+    EXPECT_EQ(access_.log_out(logout).status, 500) << "repeated";
+  }
+  EXPECT_EQ(access_.log_out(logout).status, 200);
+  Sessions read(folder_ / "sessions.json", clock_);
+  ASSERT_TRUE(read.load());
+  EXPECT_TRUE(read.all().empty());
+}
+
+TEST_F(Access, ReportsEndOfSessionsThatCannotBeStored) {
+  put("ada", Role::administrator, kPassword);
+  put("eve", Role::viewer, kPassword);
+  const auto cookie = cookie_of("eve", kPassword);
+  const auto end = page_post("/api/v1/sessions", cookie_of("ada", kPassword), R"({"user":"eve"})");
+  {
+    const BlockedFile blocked(folder_ / "sessions.json");
+    EXPECT_EQ(access_.answer_sessions(end).status, 500);
+    EXPECT_EQ(user_admitted_by(access_, cookie), "");
+  }
+  EXPECT_EQ(access_.answer_sessions(end).status, 200);
+  Sessions read(folder_ / "sessions.json", clock_);
+  ASSERT_TRUE(read.load());
+  EXPECT_EQ(read.all().size(), 1u);
 }
 
 TEST_F(Access, RefusesBodyWithDuplicateKey) {

@@ -8,6 +8,7 @@
 
 #include "apps/monitor/sessions.hpp"
 #include "core/file.hpp"
+#include "tests/apps/monitor/blocked_file.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::monitor {
@@ -125,7 +126,7 @@ TEST(Sessions, EndWhenClosedOrAfterWeek) {
   VirtualClock clock;
   Sessions sessions("", clock);
   const auto closed = sessions.open("ada", "a password"), used = sessions.open("ada", "a password");
-  sessions.close(sessions.find(closed)->id);
+  EXPECT_TRUE(sessions.close(sessions.find(closed)->id));
   EXPECT_FALSE(sessions.find(closed));
   for (Duration passed{}; passed < Sessions::kLifetime; passed += 6h) {
     ASSERT_TRUE(sessions.find(used));
@@ -133,6 +134,53 @@ TEST(Sessions, EndWhenClosedOrAfterWeek) {
   }
   clock.advance(1h);
   EXPECT_FALSE(sessions.find(used));
+}
+
+/// Returns whether a restarted monitor accepts the secret.
+bool is_revived(const std::string& file, const std::string& secret, const VirtualClock& clock) {
+  Sessions sessions(file, clock);
+  EXPECT_TRUE(sessions.load());
+  return sessions.find(secret).has_value();
+}
+
+TEST(Sessions, ReportEndThatCannotBeStored) {
+  const Site site;
+  VirtualClock clock;
+  const auto file = site.folder / "sessions.json";
+  Sessions sessions(file, clock);
+  const auto ada = sessions.open("ada", "a password"), eve = sessions.open("eve", "a password"),
+             kept = sessions.open("bob", "a password");
+  {
+    const BlockedFile blocked(file);
+    EXPECT_EQ(sessions.close(sessions.find(ada)->id).error().kind, FaultKind::storage);
+    EXPECT_EQ(sessions.close_all_for_user("eve").error().kind, FaultKind::storage);
+    EXPECT_EQ(sessions.store_again().error().kind, FaultKind::storage);
+    EXPECT_FALSE(sessions.find(ada)) << "ended nevertheless";
+    EXPECT_FALSE(sessions.find(eve));
+    EXPECT_TRUE(sessions.find(kept));
+  }
+  EXPECT_TRUE(is_revived(file, ada, clock));
+  EXPECT_TRUE(sessions.store_again());
+  EXPECT_FALSE(is_revived(file, ada, clock));
+  EXPECT_FALSE(is_revived(file, eve, clock));
+  EXPECT_TRUE(is_revived(file, kept, clock));
+}
+
+TEST(Sessions, StoreEndLaterByThemselves) {
+  const Site site;
+  VirtualClock clock;
+  const auto file = site.folder / "sessions.json";
+  Sessions sessions(file, clock);
+  const auto ended = sessions.open("ada", "a password");
+  {
+    const BlockedFile blocked(file);
+    EXPECT_FALSE(sessions.close_all_for_user("ada"));
+    EXPECT_FALSE(sessions.find(random_secret()));
+  }
+  EXPECT_TRUE(is_revived(file, ended, clock));
+  clock.advance(2min);
+  EXPECT_FALSE(sessions.find(random_secret()));
+  EXPECT_FALSE(is_revived(file, ended, clock));
 }
 
 TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {

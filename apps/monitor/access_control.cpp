@@ -50,9 +50,19 @@ bool is_cross_site(const WebRequest& request) {
   return !origin.empty() && to_lower_case(origin) != to_lower_case(own);
 }
 
-/// Returns whether the request states its origin. A browser states it in every POST.
-bool has_origin(const WebRequest& request) {
-  return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
+/// Returns a refusal if the request does not state its origin. A browser states it in every POST.
+std::optional<WebAnswer> origin_refusal(const WebRequest& request) {
+  if (!request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty()) return std::nullopt;
+  return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
+}
+
+/// Returns a refusal if a request in a session does not come from the page: its origin or the second secret of the
+/// session is missing. A script has no session, because a browser never sends its token by itself.
+std::optional<WebAnswer> forgery_refusal(const std::optional<Sessions::Session>& session, const WebRequest& request) {
+  if (!session) return std::nullopt;
+  if (auto refused = origin_refusal(request)) return refused;
+  if (equal_secrets(session->csrf, request.head.header("x-csrf-token"))) return std::nullopt;
+  return refusal(403, "the request does not come from the page");
 }
 
 /// Returns the answer if the end of sessions could not be stored.
@@ -110,17 +120,13 @@ std::optional<WebAnswer> AccessControl::change_refusal(const Sender& sender, con
   if (!sender.identity) return refusal(403, "controlling a run requires a user; add users first");
   if (!sender.has_role(role))
     return refusal(403, fmt::format("the role {} does not permit this action", name(sender.identity->role)));
-  if (!sender.session) return std::nullopt;
-  if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
-  if (!equal_secrets(sender.session->csrf, request.head.header("x-csrf-token")))
-    return refusal(403, "the request does not come from the page");
-  return std::nullopt;
+  return forgery_refusal(sender.session, request);
 }
 
 WebAnswer AccessControl::log_in(const WebRequest& request) {
   const auto body = read_body(request, {"name", "password"});
   if (!body) return refusal(400, body.error().what);
-  if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
+  if (auto refused = origin_refusal(request)) return *refused;
   const auto& name = body->at("name");
   if (!logins_per_address_.try_acquire(request.peer) || !logins_per_name_.try_acquire(name))
     return refusal(429, "too many login attempts; wait a minute");
@@ -135,8 +141,7 @@ WebAnswer AccessControl::log_in(const WebRequest& request) {
 
 WebAnswer AccessControl::log_out(const WebRequest& request) {
   const auto session = sessions_.find(session_secret(request));
-  if (session && (!has_origin(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token"))))
-    return refusal(403, "the request does not come from the page");
+  if (auto refused = forgery_refusal(session, request)) return *refused;
   // The session of a repeated logout has ended before; its end may not be stored yet.
   const auto ended = session ? sessions_.close(session->id) : sessions_.store_again();
   auto answer = ended ? WebAnswer{.body = "{}"} : not_stored_answer(ended.error());
@@ -161,9 +166,7 @@ WebAnswer AccessControl::answer_sessions(const WebRequest& request) {
   const auto& sender = std::get<Sender>(found);
   if (!sender.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {
-    if (sender.session &&
-        (!has_origin(request) || !equal_secrets(sender.session->csrf, request.head.header("x-csrf-token"))))
-      return refusal(403, "the request does not come from the page");
+    if (auto refused = forgery_refusal(sender.session, request)) return *refused;
     const auto body = read_body(request, {"user"});
     if (!body) return refusal(400, body.error().what);
     if (const auto ended = sessions_.close_all_for_user(body->at("user")); !ended)

@@ -135,6 +135,48 @@ TEST_F(Access, ReportsEndOfSessionsThatCannotBeStored) {
   EXPECT_EQ(read.all().size(), 1u);
 }
 
+TEST_F(Access, RefusesForgedRequestsOfEveryKind) {
+  put("ada", Role::administrator, kPassword);
+  const auto cookie = cookie_of("ada", kPassword);
+  const auto whole = page_post("/api/v1/sessions", cookie, R"({"user":"eve"})");
+  auto unnamed = whole, without_secret = whole, wrong_secret = whole, by_fetch = whole;
+  for (auto* sent : {&unnamed, &by_fetch}) sent->head.headers.erase("origin");
+  by_fetch.head.headers["sec-fetch-site"] = "same-origin";
+  without_secret.head.headers.erase("x-csrf-token");
+  wrong_secret.head.headers["x-csrf-token"].back() ^= 1;
+  const auto change_status = [&](const WebRequest& sent) {
+    const auto found = access_.identify_sender(sent);
+    const auto refused = access_.change_refusal(std::get<Sender>(found), sent, Role::conductor);
+    return refused ? refused->status : 200;
+  };
+  for (const auto* sent : {&unnamed, &without_secret, &wrong_secret}) {
+    EXPECT_EQ(change_status(*sent), 403);
+    EXPECT_EQ(access_.answer_sessions(*sent).status, 403);
+    EXPECT_EQ(access_.log_out(*sent).status, 403);
+  }
+  for (const auto& sent : {whole, by_fetch}) {
+    EXPECT_EQ(change_status(sent), 200);
+    EXPECT_EQ(access_.answer_sessions(sent).status, 200);
+  }
+  EXPECT_EQ(access_.log_out(by_fetch).status, 200);
+  EXPECT_EQ(user_admitted_by(access_, cookie), "");
+}
+
+TEST_F(Access, RequiresNoOriginOfScripts) {
+  std::string secret;
+  change([&](UserList& list) {
+    return add_or_replace_token(list, "script", Role::administrator).map([&](const std::string& made) {
+      secret = made;
+    });
+  });
+  auto sent = request("/api/v1/sessions");
+  sent.head.method = "POST";
+  sent.head.headers.erase("origin");
+  sent.head.headers["authorization"] = "Bearer " + secret;
+  sent.body = R"({"user":"eve"})";
+  EXPECT_EQ(access_.answer_sessions(sent).status, 200);
+}
+
 TEST_F(Access, RefusesBodyWithDuplicateKey) {
   put("ada", Role::viewer, kPassword);
   auto sent = request("/api/v1/login");

@@ -12,6 +12,20 @@ namespace gyrotherm::monitor {
 
 inline constexpr const char* kSessionsSchema = "gyrotherm-monitor-sessions/1";
 
+namespace {
+
+/// Removes the oldest entries of a user until fewer than `most` remain. `time` is the member with the time of an entry.
+template <class Map, class Time>
+void make_room(Map& entries, const std::string& user, std::size_t most, Time time) {
+  std::vector<typename Map::iterator> own;
+  for (auto entry = entries.begin(); entry != entries.end(); ++entry)
+    if (entry->second.user == user) own.push_back(entry);
+  std::ranges::sort(own, {}, [time](const auto& entry) { return entry->second.*time; });
+  for (std::size_t i = 0; i + most <= own.size(); ++i) entries.erase(own[i]);
+}
+
+}  // namespace
+
 void describe(auto& form, Like<Sessions::Session> auto& session) {
   form("id", session.id);
   form("user", session.user);
@@ -119,14 +133,24 @@ std::vector<Sessions::Session> Sessions::all() {
   return list;
 }
 
+namespace {
+
+std::string make_subject(const std::string& user, const std::string& run, const std::string& verb) {
+  return user + '\n' + run + '\n' + verb;
+}
+
+}  // namespace
+
 std::string Confirmations::issue_token(const std::string& user, const std::string& run, const std::string& verb) {
-  constexpr std::size_t kMaxPending = 256;
+  const auto subject = make_subject(user, run, verb);
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  std::erase_if(pending_, [&](const auto& entry) { return now - entry.second.issued_at > kLifetime; });
-  if (pending_.size() >= kMaxPending) pending_.erase(pending_.begin());
+  std::erase_if(pending_, [&](const auto& entry) {
+    return now - entry.second.issued_at > kLifetime || entry.second.subject == subject;
+  });
+  make_room(pending_, user, kMaxPerUser, &Pending::issued_at);
   auto token = random_secret();
-  pending_[token] = {.subject = user + '\n' + run + '\n' + verb, .issued_at = now};
+  pending_[token] = {.user = user, .subject = subject, .issued_at = now};
   return token;
 }
 
@@ -135,7 +159,7 @@ bool Confirmations::redeem(const std::string& token, const std::string& user, co
   const std::lock_guard lock(mutex_);
   const auto found = pending_.find(token);
   if (found == pending_.end()) return false;
-  const bool good = found->second.subject == user + '\n' + run + '\n' + verb &&
+  const bool good = found->second.subject == make_subject(user, run, verb) &&
                     clock_.now().since_start - found->second.issued_at <= kLifetime;
   pending_.erase(found);
   return good;

@@ -65,13 +65,16 @@ class Sessions {
   Duration tried_at_{};
 };
 
-/// Confirmation tokens for commands. A token is valid once, for 30 s. Usable from any thread.
+/// Confirmation tokens for commands. A token is valid once, for 30 s. A user has at most one token for a command to a
+/// run and at most kMaxPerUser tokens, so no user can invalidate the tokens of another. Usable from any thread.
 class Confirmations {
  public:
   static constexpr Duration kLifetime = std::chrono::seconds(30);
+  static constexpr std::size_t kMaxPerUser = 16;
   explicit Confirmations(const Clock& clock) : clock_(clock) {}
 
-  /// Creates a token for a user, a run and a command.
+  /// Creates a token for a user, a run and a command. Invalidates the earlier token for them, and the oldest token of
+  /// the user if there would be too many.
   [[nodiscard]] std::string issue_token(const std::string& user, const std::string& run, const std::string& verb);
   /// Invalidates the token. Returns whether it was valid for this user, run and command.
   [[nodiscard]] bool redeem(const std::string& token, const std::string& user, const std::string& run,
@@ -79,6 +82,7 @@ class Confirmations {
 
  private:
   struct Pending {
+    std::string user;
     /// User, run and command.
     std::string subject;
     Duration issued_at{};

@@ -198,6 +198,41 @@ TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {
   EXPECT_FALSE(confirmations.redeem("", "ada", "run", "stop"));
 }
 
+TEST(Confirmations, SurviveFloodOfOtherUser) {
+  VirtualClock clock;
+  Confirmations confirmations(clock);
+  const auto ada = confirmations.issue_token("ada", "run", "stop"),
+             bob = confirmations.issue_token("bob", "run", "stop");
+  for (int i = 0; i < 1000; ++i) (void)confirmations.issue_token("eve", std::to_string(i), "stop");
+  for (int i = 0; i < 1000; ++i) (void)confirmations.issue_token("eve", "run", "stop");
+  EXPECT_TRUE(confirmations.redeem(ada, "ada", "run", "stop"));
+  EXPECT_TRUE(confirmations.redeem(bob, "bob", "run", "stop"));
+}
+
+TEST(Confirmations, ReplaceOldestOfUser) {
+  VirtualClock clock;
+  Confirmations confirmations(clock);
+  std::vector<std::string> tokens;
+  for (std::size_t i = 0; i <= Confirmations::kMaxPerUser; ++i) {
+    tokens.push_back(confirmations.issue_token("ada", std::to_string(i), "stop"));
+    clock.advance(1s);
+  }
+  EXPECT_FALSE(confirmations.redeem(tokens[0], "ada", "0", "stop"));
+  for (std::size_t i = 1; i < tokens.size(); ++i)
+    EXPECT_TRUE(confirmations.redeem(tokens[i], "ada", std::to_string(i), "stop")) << i;
+}
+
+TEST(Confirmations, ReplaceEarlierOfSameCommand) {
+  VirtualClock clock;
+  Confirmations confirmations(clock);
+  const auto first = confirmations.issue_token("ada", "run", "stop"),
+             other = confirmations.issue_token("ada", "run", "abort"),
+             second = confirmations.issue_token("ada", "run", "stop");
+  EXPECT_FALSE(confirmations.redeem(first, "ada", "run", "stop"));
+  EXPECT_TRUE(confirmations.redeem(second, "ada", "run", "stop"));
+  EXPECT_TRUE(confirmations.redeem(other, "ada", "run", "abort"));
+}
+
 TEST(RateLimit, LimitsTriesPerNameAndRecovers) {
   VirtualClock clock;
   RateLimit limit(3, 0.5, clock);

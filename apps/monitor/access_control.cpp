@@ -7,13 +7,14 @@
 
 #include "apps/monitor/http_message.hpp"
 #include "core/json.hpp"
+#include "sequencer/control/control_message.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
 
-// Limits per address: a burst of 120 requests, as a page with many charts sends at its start, then 20 per second; and
-// ten logins, then one every 20 s. The limit of logins per user name, over all addresses, is much higher, so that
-// guesses from a few addresses do not lock out the user at another address.
+// Limits per address or IPv6 network: a burst of 120 requests, as a page with many charts sends at its start, then 20
+// per second; and ten logins, then one every 20 s. The limit of logins per user name, over all addresses, is much
+// higher, so that guesses from a few addresses do not lock out the user at another address.
 constexpr double kRequestBurst = 120, kRequestsPerSecond = 20, kLoginBurst = 10, kLoginsPerSecond = 0.05,
                  kLoginBurstPerName = 500, kLoginsPerNamePerSecond = 1;
 
@@ -83,7 +84,8 @@ AccessControl::AccessControl(const AccessOptions& options, Users& users, Session
       logins_per_name_(kLoginBurstPerName, kLoginsPerNamePerSecond, clock) {}
 
 std::optional<WebAnswer> AccessControl::general_refusal(const WebRequest& request) {
-  if (!requests_per_address_.try_acquire(request.peer)) return refusal(429, "too many requests from this address");
+  if (!requests_per_address_.try_acquire(client_network(request.peer)))
+    return refusal(429, "too many requests from this address");
   if (is_cross_site(request)) return refusal(403, "the request comes from another site");
   return std::nullopt;
 }
@@ -94,7 +96,7 @@ std::variant<Sender, WebAnswer> AccessControl::identify_sender(const WebRequest&
   if (const auto sent = head.header("authorization"); !sent.empty()) {
     const auto identity =
         sent.starts_with(kBearer) ? users_.find_by_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
-    if (!identity && !logins_per_address_.try_acquire("token " + request.peer))
+    if (!identity && !logins_per_address_.try_acquire("token " + client_network(request.peer)))
       return refusal(429, "too many invalid tokens from this address; wait a minute");
     if (!identity) return refusal(401, "unknown token");
     return Sender{.identity = identity};
@@ -128,7 +130,9 @@ WebAnswer AccessControl::log_in(const WebRequest& request) {
   if (!body) return refusal(400, body.error().what);
   if (auto refused = origin_refusal(request)) return *refused;
   const auto& name = body->at("name");
-  if (!logins_per_address_.try_acquire(request.peer) || !logins_per_name_.try_acquire(name))
+  // The beginning of a longer name, which no user has, takes less memory.
+  if (!logins_per_address_.try_acquire(client_network(request.peer)) ||
+      !logins_per_name_.try_acquire(name.substr(0, control::kLongestUser)))
     return refusal(429, "too many login attempts; wait a minute");
   const auto identity = users_.find_by_password(name, body->at("password"));
   if (!identity) return refusal(401, "name or password is wrong");

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/monitor/sessions.hpp"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
 
 #include "apps/monitor/state_folder.hpp"
 #include "apps/monitor/users.hpp"
@@ -165,19 +171,42 @@ bool Confirmations::redeem(const std::string& token, const std::string& user, co
   return good;
 }
 
+std::string client_network(const std::string& address) {
+  const auto end = address.starts_with('[') ? address.find(']') : address.find(':');
+  const bool has_port = address.find(':') == address.rfind(':') || address.starts_with('[');
+  const auto host = has_port ? address.substr(0, end) : address;
+  const auto bare = host.starts_with('[') ? host.substr(1) : host;
+  in6_addr bytes{};
+  if (::inet_pton(AF_INET6, bare.c_str(), &bytes) != 1) return bare;
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  if (IN6_IS_ADDR_V4MAPPED(&bytes)) {
+    constexpr std::size_t kIpv4Begin = 12;
+    ::inet_ntop(AF_INET, &bytes.s6_addr[kIpv4Begin], text.data(), text.size());
+    return text.data();
+  }
+  constexpr std::size_t kNetworkBytes = 8;
+  std::ranges::fill(std::span(bytes.s6_addr).subspan(kNetworkBytes), std::uint8_t{0});
+  ::inet_ntop(AF_INET6, &bytes, text.data(), text.size());
+  return std::string(text.data()) + "/64";
+}
+
+double RateLimit::attempts_left(const Allowance& allowance, Duration now) const {
+  return std::min(burst_, allowance.attempts_left + to_seconds(now - allowance.updated_at) * per_second_);
+}
+
+/// Removes all names with a whole burst, or else the name with the most attempts left.
+void RateLimit::make_room(Duration now) {
+  const auto left = [&](const auto& entry) { return attempts_left(entry.second, now); };
+  const auto removed = std::erase_if(allowances_, [&](const auto& entry) { return left(entry) >= burst_; });
+  if (removed == 0) allowances_.erase(std::ranges::max_element(allowances_, {}, left));
+}
+
 bool RateLimit::try_acquire(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  if (allowances_.size() >= kMaxNames && !allowances_.contains(name)) {
-    std::erase_if(allowances_, [&](const auto& entry) {
-      return entry.second.attempts_left + to_seconds(now - entry.second.updated_at) * per_second_ >= burst_;
-    });
-    if (allowances_.size() >= kMaxNames) return false;
-  }
+  if (allowances_.size() >= kMaxNames && !allowances_.contains(name)) make_room(now);
   auto& allowance = allowances_.try_emplace(name, Allowance{.attempts_left = burst_, .updated_at = now}).first->second;
-  allowance.attempts_left =
-      std::min(burst_, allowance.attempts_left + to_seconds(now - allowance.updated_at) * per_second_);
-  allowance.updated_at = now;
+  allowance = {.attempts_left = attempts_left(allowance, now), .updated_at = now};
   if (allowance.attempts_left < 1) return false;
   allowance.attempts_left -= 1;
   return true;

@@ -92,10 +92,19 @@ class Confirmations {
   std::map<std::string, Pending> pending_;
 };
 
+/// Returns the name of a client's network for a rate limit. One client can use all addresses of an IPv6 network of 64
+/// bits, so the name is that network: "2001:db8:1:2::/64". For an IPv4 address, also in the form "::ffff:192.0.2.1", it
+/// is the address. Ignores brackets and a port, which some proxies add. Returns other texts unchanged.
+[[nodiscard]] std::string client_network(const std::string& address);
+
 /// A rate limit (token bucket) for each name: a burst of `burst` attempts, then `per_second` attempts per second. A
-/// name is an address or a user. Usable from any thread.
+/// name is a network or a user. Remembers kMaxNames names. A further name replaces the one with the most attempts left,
+/// so a flood of names neither shuts out new ones nor resets a name that has used up its attempts. Usable from any
+/// thread.
 class RateLimit {
  public:
+  static constexpr std::size_t kMaxNames = 4096;
+
   RateLimit(double burst, double per_second, const Clock& clock)
       : burst_(burst), per_second_(per_second), clock_(clock) {}
 
@@ -107,7 +116,9 @@ class RateLimit {
     double attempts_left{};
     Duration updated_at{};
   };
-  static constexpr std::size_t kMaxNames = 4096;
+  [[nodiscard]] double attempts_left(const Allowance& allowance, Duration now) const;
+  void make_room(Duration now);
+
   double burst_, per_second_;
   const Clock& clock_;
   std::mutex mutex_;

@@ -201,6 +201,33 @@ TEST_F(Access, AdmitsUserWhileOthersGuessItsPassword) {
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
 }
 
+TEST_F(Access, LimitsLoginsFromOneIpv6Network) {
+  put("ada", Role::conductor, kPassword);
+  // Rejected without hashing.
+  const std::string too_long(kMaxPasswordBytes + 1, 'x');
+  int tried = 0;
+  for (int i = 0; i < 100; ++i) tried += log_in("eve", too_long, fmt::format("2001:db8::{:x}", i)).status == 401;
+  EXPECT_EQ(tried, 10);
+  EXPECT_EQ(log_in("ada", kPassword, "2001:db8::ffff").status, 429);
+  EXPECT_EQ(log_in("ada", kPassword, "2001:db8:0:1::1").status, 200);
+}
+
+TEST_F(Access, AdmitsNewAddressesWhenManyAreKnown) {
+  put("ada", Role::conductor, kPassword);
+  const std::string too_long(kMaxPasswordBytes + 1, 'x');
+  for (std::size_t i = 0; i <= RateLimit::kMaxNames; ++i) {
+    const auto peer = fmt::format("2001:db8:1:{:x}::1", i);
+    ASSERT_FALSE(access_.general_refusal(request("/", peer)));
+    ASSERT_EQ(log_in(fmt::format("eve{}", i), too_long, peer).status, 401);
+    auto sent = request("/api/v1/runs", peer);
+    sent.head.headers["authorization"] = "Bearer none";
+    const auto found = access_.identify_sender(sent);
+    ASSERT_EQ(std::get<WebAnswer>(found).status, 401);
+  }
+  EXPECT_FALSE(access_.general_refusal(request("/", "10.0.0.1")));
+  EXPECT_EQ(log_in("ada", kPassword, "10.0.0.1").status, 200);
+}
+
 TEST_F(Access, KeepsCookiesOfTwoMonitorsOnOneHost) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);

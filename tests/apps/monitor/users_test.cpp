@@ -244,5 +244,30 @@ TEST(RateLimit, LimitsTriesPerNameAndRecovers) {
   EXPECT_FALSE(limit.try_acquire("a"));
 }
 
+TEST(RateLimit, AdmitsNewNamesWhenFull) {
+  VirtualClock clock;
+  RateLimit limit(3, 0.5, clock);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.try_acquire("guesser"));
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(limit.try_acquire("user"));
+  for (std::size_t i = 0; i < 2 * RateLimit::kMaxNames; ++i) ASSERT_TRUE(limit.try_acquire(std::to_string(i))) << i;
+  EXPECT_FALSE(limit.try_acquire("guesser")) << "is not forgotten";
+  EXPECT_TRUE(limit.try_acquire("user"));
+  EXPECT_FALSE(limit.try_acquire("user")) << "is not forgotten either";
+  clock.advance(10s);
+  for (std::size_t i = 0; i < RateLimit::kMaxNames; ++i) ASSERT_TRUE(limit.try_acquire("late " + std::to_string(i)));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.try_acquire("guesser"));
+  EXPECT_FALSE(limit.try_acquire("guesser"));
+}
+
+TEST(ClientNetwork, IsSixtyFourBitsOfIpv6OrAnIpv4Address) {
+  for (const auto& [address, network] :
+       {std::pair("2001:db8:1:2:3:4:5:6", "2001:db8:1:2::/64"), std::pair("2001:DB8:1:2::", "2001:db8:1:2::/64"),
+        std::pair("[2001:db8:1:2::9]:4711", "2001:db8:1:2::/64"), std::pair("[2001:db8:1:2::9]", "2001:db8:1:2::/64"),
+        std::pair("2001:db8:1:3::", "2001:db8:1:3::/64"), std::pair("::1", "::/64"),
+        std::pair("::ffff:192.0.2.1", "192.0.2.1"), std::pair("192.0.2.1", "192.0.2.1"),
+        std::pair("192.0.2.1:4711", "192.0.2.1"), std::pair("unknown", "unknown"), std::pair("", "")})
+    EXPECT_EQ(client_network(address), network) << address;
+}
+
 }  // namespace
 }  // namespace gyrotherm::monitor

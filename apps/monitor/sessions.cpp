@@ -83,6 +83,7 @@ void Sessions::remove_expired() {
 std::string Sessions::open(const std::string& user, const std::string& password_id) {
   auto secret = random_secret();
   const std::lock_guard lock(mutex_);
+  make_room(sessions_, user, kMaxPerUser, &Session::used);
   const auto now = clock_.now().utc;
   Session session{.id = sha256(secret),
                   .user = user,

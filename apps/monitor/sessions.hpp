@@ -30,8 +30,9 @@ class Sessions {
     Duration begun{}, used{};
   };
   static constexpr Duration kLifetime = std::chrono::hours(7 * 24), kIdleLifetime = std::chrono::hours(12);
-  /// If there would be more sessions, the least recently used one ends.
-  static constexpr std::size_t kMaxSessions = 256;
+  /// If a user would have more sessions, or all users together, the least recently used one ends. The limit for a user
+  /// prevents that repeated logins of one user end the sessions of others.
+  static constexpr std::size_t kMaxPerUser = 16, kMaxSessions = 256;
 
   /// Creates an empty list. If `path` is empty, the list is never stored.
   Sessions(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}

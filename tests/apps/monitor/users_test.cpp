@@ -122,6 +122,22 @@ TEST(Sessions, SurviveRestartAndExpireUnused) {
   EXPECT_FALSE(sessions.find(secret));
 }
 
+TEST(Sessions, EndOldestOfUserWithTooMany) {
+  VirtualClock clock;
+  Sessions sessions("", clock);
+  const auto ada = sessions.open("ada", "a password");
+  std::vector<std::string> secrets;
+  for (std::size_t i = 0; i < 2 * Sessions::kMaxSessions; ++i) {
+    clock.advance(1s);
+    secrets.push_back(sessions.open("eve", "a password"));
+  }
+  EXPECT_TRUE(sessions.find(ada));
+  EXPECT_EQ(sessions.all().size(), Sessions::kMaxPerUser + 1);
+  const auto oldest_kept = secrets.size() - Sessions::kMaxPerUser;
+  EXPECT_FALSE(sessions.find(secrets[oldest_kept - 1]));
+  for (auto i = oldest_kept; i < secrets.size(); ++i) EXPECT_TRUE(sessions.find(secrets[i])) << i;
+}
+
 TEST(Sessions, EndWhenClosedOrAfterWeek) {
   VirtualClock clock;
   Sessions sessions("", clock);

@@ -129,6 +129,18 @@ RunState final_state(const record::RunStatus& status) {
   return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
 }
 
+/// Returns the UTC of the last sample, or `start` if there is none. The last file may have only events.
+Result<std::int64_t> read_last_utc(const record::RecordFiles& files, Duration start) {
+  auto utc_ns = start.count();
+  // SQLite takes the other columns from the row with the maximum.
+  return record::each_row(files, {.what = "max(slot), utc_ns", .order = "1"},
+                          [&](const record::Statement& row) {
+                            if (!row.null(1)) utc_ns = row.integer(1);
+                            return true;
+                          })
+      .map([&] { return utc_ns; });
+}
+
 /// Returns the sum of the row counts of all files.
 Result<std::int64_t> count_rows(const record::RecordFiles& files, const char* table, const char* key) {
   std::int64_t sum = 0;
@@ -272,25 +284,18 @@ std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
 }
 
 Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& files) {
-  RunEnd end;
+  const auto status = record::read_status(files);
+  if (!status) return failure(status.error());
+  if (status->being_written) return failure(FaultKind::storage, files.path, record::kBeingWritten);
+  RunEnd end{.finished = status->finished,
+             .state = name(final_state(*status)),
+             .cause = status->ended_by,
+             .alarms = alarms_as_json(status->alarms)};
   auto database = record::open_source(files.parts.back());
   if (!database) return failure(database.error());
-  const auto status = record::read_stored_status(*database, files.parts.back().path);
-  if (!status) return failure(status.error());
-  end.finished = status->finished;
-  end.state = name(final_state(*status));
-  end.cause = status->ended_by;
-  const auto alarms = record::read_record_alarms(files);
-  if (!alarms) return failure(alarms.error());
-  end.alarms = alarms_as_json(alarms->list());
-  end.ended_ns = info.started_utc.count();
   const auto read =
       record::assign_result(end.chain_head, database->query_text("SELECT head FROM frames ORDER BY id DESC LIMIT 1"))
-          .and_then([&] {
-            return record::assign_result(
-                end.ended_ns,
-                database->query_integer("SELECT utc_ns FROM sample ORDER BY slot DESC LIMIT 1", end.ended_ns));
-          })
+          .and_then([&] { return record::assign_result(end.ended_ns, read_last_utc(files, info.started_utc)); })
           .and_then([&] { return record::assign_result(end.rows, count_rows(files, "sample", "slot")); })
           .and_then([&] { return record::assign_result(end.events, count_rows(files, "event", "slot")); })
           .and_then([&] { return record::assign_result(end.gaps, count_rows(files, "gap", "first")); });

@@ -122,13 +122,6 @@ Json text_or_null(const record::Statement& row, int column) {
   return row.null(column) ? Json() : Json(std::string(row.text(column)));
 }
 
-/// Returns the last state of a run. The last row of a completed run has the state execute, so the recorded end decides.
-RunState final_state(const record::RunStatus& status) {
-  const auto state = status.overview.state;
-  if (!status.finished || state >= RunState::aborting) return state;
-  return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
-}
-
 /// Returns the UTC of the last sample, or `start` if there is none. The last file may have only events.
 Result<std::int64_t> read_last_utc(const record::RecordFiles& files, Duration start) {
   auto utc_ns = start.count();
@@ -288,7 +281,7 @@ Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& 
   if (!status) return failure(status.error());
   if (status->being_written) return failure(FaultKind::storage, files.path, record::kBeingWritten);
   RunEnd end{.finished = status->finished,
-             .state = name(final_state(*status)),
+             .state = name(status->overview.state),
              .cause = status->ended_by,
              .alarms = alarms_as_json(status->alarms)};
   auto database = record::open_source(files.parts.back());

@@ -9,6 +9,7 @@
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_file.hpp"
+#include "acquisition/record/status.hpp"
 #include "core/json.hpp"
 #include "tests/support/folder.hpp"
 
@@ -97,6 +98,21 @@ TEST(RunEnd, IsThatOfLastFileIfItRepeatsSeconds) {
   EXPECT_EQ(end->state, name(RunState::complete));
   EXPECT_EQ(end->ended_ns, utc_ns(7));
   EXPECT_EQ(end->rows, 8);
+}
+
+/// The state of a closed record is that of `gyrotherm status`.
+TEST(RunEnd, HasStateOfStatus) {
+  for (const auto state : kRunStates) {
+    const tests::TestFolder folder;
+    const auto path = folder / "run.db";
+    write_part(path, 1, {.from = 0, .end = 3, .last_state = state, .last_event = "stopped by a test"}, true);
+    const auto status = record::read_status(path);
+    const auto end = record::find_record_files(path).and_then(
+        [](const record::RecordFiles& files) { return read_end(thermometer_run(), files); });
+    ASSERT_TRUE(status && end);
+    EXPECT_EQ(end->state, name(status->overview.state));
+    EXPECT_EQ(end->state, name(state == RunState::execute ? RunState::complete : state));
+  }
 }
 
 TEST(RunEnd, IsStartOfRunWithoutSamples) {

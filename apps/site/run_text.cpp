@@ -110,7 +110,10 @@ void append_cell(std::string& text, const record::Statement& row, int column, co
   } else if (!channel.keywords.empty()) {
     const auto word = row.text(column);
     const auto found = std::ranges::find(channel.keywords, word);
-    fmt::format_to(std::back_inserter(text), "{}", found - channel.keywords.begin());
+    if (found == channel.keywords.end())
+      text += "NULL";
+    else
+      fmt::format_to(std::back_inserter(text), "{}", found - channel.keywords.begin());
   } else if (const auto cell = row.cell(column); const auto* whole = std::get_if<std::int64_t>(&cell)) {
     fmt::format_to(std::back_inserter(text), "{}", *whole);
   } else {

@@ -66,7 +66,8 @@ struct RowBatch {
 
 inline constexpr std::int64_t kBatchRows = 1000;
 
-/// Reads at most `most` rows after the slot `after`. Fails with storage if a program is writing the record, or with
+/// Reads at most `most` rows after the slot `after`. A keyword that this version does not know becomes NULL, like a
+/// missing number. Fails with storage if a program is writing the record, or with
 /// bad_file if the record is damaged.
 [[nodiscard]] Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                                          std::int64_t after, std::int64_t most = kBatchRows);

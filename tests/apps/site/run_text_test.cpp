@@ -139,5 +139,42 @@ TEST(RunEnd, FailsWhileRecordIsWritten) {
   EXPECT_EQ(end.error().kind, FaultKind::storage);
 }
 
+TEST(Rows, HaveNullForUnknownKeyword) {
+  const tests::TestFolder folder;
+  const auto path = folder / "run.db";
+  write_part(path, 1, {.from = 0, .end = 4, .last_state = RunState::complete, .last_event = ""}, true);
+  {
+    auto database = record::Database::open(path, record::Access::read_write, 0);
+    ASSERT_TRUE(database);
+    ASSERT_TRUE(
+        database->execute("UPDATE sample SET state = 'melting' WHERE slot = 1; "
+                          "UPDATE sample SET state = NULL, phase = 'cooking' WHERE slot = 2"));
+  }
+  const std::vector<StoredChannel> channels{{.name = "state", .keywords = {"execute", "suspended", "complete"}},
+                                            {.name = "phase", .keywords = {"ramp", "hold"}}};
+  const auto files = record::find_record_files(path);
+  ASSERT_TRUE(files);
+  const auto rows = read_rows(*files, channels, -1);
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->slots, "{0,1,2,3}");
+  EXPECT_EQ(rows->numbers, R"({"{0,NULL}","{NULL,NULL}","{NULL,NULL}","{2,NULL}"})");
+}
+
+TEST(Rows, HavePositionOfEveryState) {
+  const auto channels = stored_channels(thermometer_run());
+  const auto state = std::ranges::find(channels, "state", &StoredChannel::name);
+  ASSERT_NE(state, channels.end());
+  for (const auto one : kRunStates) {
+    const tests::TestFolder folder;
+    const auto path = folder / "run.db";
+    write_part(path, 1, {.from = 0, .end = 1, .last_state = one, .last_event = ""}, true);
+    const auto files = record::find_record_files(path);
+    ASSERT_TRUE(files);
+    const auto rows = read_rows(*files, {*state}, -1);
+    ASSERT_TRUE(rows);
+    EXPECT_EQ(rows->numbers, "{\"{" + std::to_string(static_cast<int>(one)) + "}\"}");
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::site

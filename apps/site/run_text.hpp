@@ -2,6 +2,9 @@
 /// Converts a run and the documents next to it to the arguments of the store's functions (apps/site/migrations): the
 /// run as JSON, its rows as text of PostgreSQL arrays. Only reads files. A record is open only during a call, because a
 /// program cannot resume the run while the record is open.
+///
+/// The functions that read a record fail with storage if a program is writing it or if it is damaged, and with bad_file
+/// if one of its files is missing or is not a record.
 #pragma once
 
 #include <cstdint>
@@ -67,33 +70,31 @@ struct RowBatch {
 inline constexpr std::int64_t kBatchRows = 1000;
 
 /// Reads at most `most` rows after the slot `after`. A keyword that this version does not know becomes NULL, like a
-/// missing number. Fails with storage if a program is writing the record, or with
-/// bad_file if the record is damaged.
+/// missing number.
 [[nodiscard]] Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                                          std::int64_t after, std::int64_t most = kBatchRows);
 
-/// Events or gaps: the arguments of add_events() and add_gaps(). `text` is empty if there are none. read_events() and
-/// read_gaps() fail like read_rows().
+/// Events or gaps: the arguments of add_events() and add_gaps(). `text` is empty if there are none.
 struct JsonBatch {
   std::int64_t last{};
   std::size_t rows{};
   std::string text{};
 };
-/// Read the events or gaps after a number or slot. Fail like read_rows().
+/// Read the events after a number, and the gaps after a slot.
 [[nodiscard]] Result<JsonBatch> read_events(const record::RecordFiles& files, std::int64_t after);
 [[nodiscard]] Result<JsonBatch> read_gaps(const record::RecordFiles& files, std::int64_t after);
 
 /// The end of a run that no program executes any more.
 struct RunEnd {
   bool finished{};
-  std::string state;  ///< as in RunState; imported: "complete"
+  std::string state;  ///< keyword of the RunState
   std::string cause;
   std::string alarms;  ///< see LiveState
   std::int64_t ended_ns{};
   std::int64_t rows{}, events{}, gaps{};
   std::string chain_head;
 };
-/// Reads the end of a run from the files of its record. Fails like read_record().
+/// Reads the end of a run from all files of its record.
 [[nodiscard]] Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& files);
 
 /// A file of a finished run.

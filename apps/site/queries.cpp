@@ -38,12 +38,12 @@ constexpr std::array kQueries{
         "model, axis, stage, quantity, condition, units, mean, s, \"limit\", unit, cpk, low, high, simulated",
         "NOT simulated", "cpk NULLS FIRST, model, quantity, condition",
         "Lists Cpk of each result with a limit over the units of a model, with its 95 % interval; smallest first."},
-    StoreQuery{
-        "recalibration", "v1_recalibration",
-        "serial_number, model, axis, stage, quantity, condition, calibrations, calibrated, value, "
-        "drift_per_year, \"limit\", unit, due, note, simulated",
-        "NOT simulated", "due NULLS LAST, serial_number, quantity, condition",
-        "Lists until when each result remains within its limit with 95 %, from the drift so far; earliest first."},
+    StoreQuery{"recalibration", "v1_recalibration",
+               "serial_number, model, axis, stage, quantity, condition, calibrations, calibrated, value, "
+               "drift_per_year, \"limit\", unit, due, note, simulated",
+               "NOT simulated", "due NULLS LAST, serial_number, quantity, condition",
+               "Predicts the date until which each result remains within its limit with a probability of 95 %, from "
+               "the drift so far; earliest first."},
     StoreQuery{"standards", "v1_check_standard",
                "rig, serial_numbers, profile, last_verdict, last_run, days_since, runs, open_runs, cause, "
                "cause_probability, simulated",

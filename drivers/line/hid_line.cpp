@@ -42,13 +42,6 @@ struct CloseDevice {
   }
 };
 
-/// Converts a text to ASCII. Replaces other characters by question marks.
-std::string to_ascii(const wchar_t* text) {
-  std::string ascii;
-  for (; text != nullptr && *text != L'\0'; ++text) ascii += *text < 128 ? static_cast<char>(*text) : '?';
-  return ascii;
-}
-
 /// Returns the reason why a device file cannot be used, or "". It must be called before hidapi opens the file, because
 /// hidapi reads freed memory if the file is not an HID device or the device is being removed.
 std::string find_access_error(const std::string& path) {
@@ -158,6 +151,13 @@ class OpenedHid final : public HidReports {
 
 }  // namespace
 
+std::string to_printable_ascii(const wchar_t* text) {
+  std::string ascii;
+  for (; text != nullptr && *text != L'\0'; ++text)
+    ascii += *text >= 0x20 && *text < 0x7F ? static_cast<char>(*text) : '?';
+  return ascii;
+}
+
 std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial) {
   return std::make_unique<OpenedHid>(std::move(kinds), std::move(serial));
 }
@@ -170,8 +170,8 @@ std::vector<HidDeviceFound> list_hid_devices() {
     const std::string path = device->path == nullptr ? "" : device->path;
     const bool seen = std::ranges::any_of(found, [&](const auto& other) { return other.path == path; });
     if (seen) continue;  // hidapi lists each usage
-    found.push_back({path, device->vendor_id, device->product_id, to_ascii(device->serial_number),
-                     to_ascii(device->manufacturer_string), to_ascii(device->product_string)});
+    found.push_back({path, device->vendor_id, device->product_id, to_printable_ascii(device->serial_number),
+                     to_printable_ascii(device->manufacturer_string), to_printable_ascii(device->product_string)});
   }
   hid_free_enumeration(first);
   std::ranges::sort(found, {}, &HidDeviceFound::path);

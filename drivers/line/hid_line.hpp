@@ -23,11 +23,15 @@ struct HidKind {
 /// 0.5 s, then for longer periods up to 10 s.
 [[nodiscard]] std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial);
 
+/// Converts a text that a device reports to printable ASCII. Replaces every other character by a question mark: a
+/// control character in a serial number could forge a line of a message. Returns "" for a null pointer.
+[[nodiscard]] std::string to_printable_ascii(const wchar_t* text);
+
 struct HidDeviceFound {
   /// Path such as "/dev/hidraw0". It may change when the device is plugged in again.
   std::string path;
   std::uint16_t vendor{}, product{};
-  /// Texts that the device reports.
+  /// Texts that the device reports, in printable ASCII.
   std::string serial, maker, model;
 };
 /// Lists the connected HID devices, sorted by path.

@@ -19,6 +19,16 @@ TEST(HidLine, FailsAndRestsIfDeviceIsMissing) {
             "no NONE or NOTHING with serial number 01234567 is connected; next try in 0.5 s");
 }
 
+TEST(HidLine, ReplacesCharactersThatCannotBePrinted) {
+  EXPECT_EQ(to_printable_ascii(L" 02021FD7~"), " 02021FD7~");
+  EXPECT_EQ(to_printable_ascii(L"a\nb\x1b[2J\tc\x7f"), "a?b?[2J?c?");
+  EXPECT_EQ(to_printable_ascii(L"\x01\x1f"), "??");
+  EXPECT_EQ(to_printable_ascii(L"µm °C\x9b"), "?m ?C?");
+  EXPECT_EQ(to_printable_ascii(L"😀"), "?");
+  EXPECT_EQ(to_printable_ascii(L""), "");
+  EXPECT_EQ(to_printable_ascii(nullptr), "");
+}
+
 TEST(HidLine, ListsEachDeviceOnce) {
   const auto devices = list_hid_devices();
   for (std::size_t i = 1; i < devices.size(); ++i) EXPECT_LT(devices[i - 1].path, devices[i].path);

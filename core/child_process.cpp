@@ -183,6 +183,7 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& 
 /// Output of a program on stdout and stderr.
 struct ProgramOutput {
   std::string output, errors;
+  [[nodiscard]] std::size_t size() const { return output.size() + errors.size(); }
 };
 
 /// Appends the available bytes to `text`. Returns false at the end of the pipe.
@@ -193,12 +194,13 @@ bool read_available(int number, std::string& text) {
   return got > 0;
 }
 
-/// Reads both pipes to their ends. Returns nothing if the deadline passes first.
-std::optional<ProgramOutput> read_both_pipes(int output, int errors, const Deadline& deadline) {
+/// Reads both pipes to their ends, or until they had more than `max_bytes`. Returns nothing if the deadline passes
+/// first.
+std::optional<ProgramOutput> read_both_pipes(int output, int errors, const Deadline& deadline, std::size_t max_bytes) {
   ProgramOutput printed;
   std::array lines{pollfd{output, POLLIN, 0}, pollfd{errors, POLLIN, 0}};  // poll() skips negative descriptors
   const std::array texts{&printed.output, &printed.errors};
-  while (lines[0].fd >= 0 || lines[1].fd >= 0) {
+  while ((lines[0].fd >= 0 || lines[1].fd >= 0) && printed.size() <= max_bytes) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left()).count();
     const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left));
     if (found < 0 && errno == EINTR) continue;
@@ -244,7 +246,8 @@ Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSe
   return start(command, in).map(wait_for);
 }
 
-Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within) {
+Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within,
+                                        std::size_t max_bytes) {
   auto output = new_pipe(), errors = new_pipe();
   if (!output.from.is_open() || !errors.from.is_open())
     return failure(FaultKind::refused, command.front(), std::strerror(errno));
@@ -257,12 +260,15 @@ Result<std::string> read_program_output(const std::vector<std::string>& command,
   output.to.close();
   errors.to.close();
   const Deadline deadline(within);
-  auto printed = read_both_pipes(output.from.number(), errors.from.number(), deadline);
+  auto printed = read_both_pipes(output.from.number(), errors.from.number(), deadline, max_bytes);
+  const bool is_too_long = printed && printed->size() > max_bytes;
   int status = 0;
   // A program may close its output and continue.
-  if (!printed || !reap(*child, deadline.left(), &status)) {
+  if (!printed || is_too_long || !reap(*child, deadline.left(), &status)) {
     ::kill(*child, SIGKILL);
     (void)wait_for(*child);
+    if (is_too_long)
+      return failure(FaultKind::refused, command.front(), fmt::format("printed more than {} bytes", max_bytes));
     return failure(FaultKind::timeout, command.front(), "did not end in time");
   }
   const int code = shell_exit_code(status);

@@ -6,6 +6,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -91,8 +92,13 @@ struct LaunchSettings {
 /// program cannot be started.
 [[nodiscard]] Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
+/// Largest output that read_program_output() accepts by default.
+inline constexpr std::size_t kMaxOutputBytes = 16'000'000;
+
 /// Runs a program and returns its stdout. Fails with refused if its exit code is not 0; the message contains its
-/// stderr, or its stdout if stderr is empty. Kills the program and fails with timeout if it does not end in time.
-[[nodiscard]] Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within);
+/// stderr, or its stdout if stderr is empty. Kills the program and fails with timeout if it does not end in time, and
+/// with refused if it prints more than `max_bytes` to stdout and stderr together.
+[[nodiscard]] Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within,
+                                                      std::size_t max_bytes = kMaxOutputBytes);
 
 }  // namespace gyrotherm

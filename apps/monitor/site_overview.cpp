@@ -21,10 +21,15 @@ constexpr const char* kMaxRows = "5000";
 constexpr Duration kAnswerLifetime = std::chrono::seconds(30), kStoreTimeout = std::chrono::seconds(20);
 constexpr Duration kRigStatesLifetime = std::chrono::seconds(3), kLiveTimeout = std::chrono::seconds(5);
 
+/// Largest answer of the store. The rigs that write its texts are not trusted, and the memory of the monitor is
+/// limited. 5000 rows of the longest query have 3 MB.
+constexpr std::size_t kMaxStoreBytes = 4'000'000;
+
 /// Runs a query of gyrotherm-site and returns its JSON. Fails like read_program_output().
 Result<std::string> query_store(const std::string& query, const std::string& site_file, Duration within) {
   return read_program_output(
-      {sibling_program_path("gyrotherm-site"), query, "--json", "--most", kMaxRows, "--site", site_file}, within);
+      {sibling_program_path("gyrotherm-site"), query, "--json", "--most", kMaxRows, "--site", site_file}, within,
+      kMaxStoreBytes);
 }
 
 /// Adds the time since the answer to the age of each rig's last sample.

@@ -35,6 +35,20 @@ TEST(ReadProgramOutput, FailsWithMessageOfProgram) {
   EXPECT_EQ(shell_output("kill -9 $$").error().what, "ended with 137: ");
 }
 
+TEST(ReadProgramOutput, FailsIfOutputIsTooLong) {
+  const auto limited = [](const std::string& script) {
+    return read_program_output({"/bin/sh", "-c", script}, kTimeout, 1000);
+  };
+  for (const char* script : {"exec yes", "exec yes >&2", "head -c 1001 /dev/zero; exec sleep 60",
+                             "head -c 600 /dev/zero; head -c 600 /dev/zero >&2"}) {
+    const auto refused = limited(script);
+    ASSERT_FALSE(refused) << script;
+    EXPECT_EQ(refused.error().kind, FaultKind::refused) << script;
+    EXPECT_EQ(refused.error().where, "/bin/sh");
+  }
+  EXPECT_EQ(limited("head -c 1000 /dev/zero").value().size(), 1000u);
+}
+
 TEST(ReadProgramOutput, FailsAfterTimeout) {
   const auto late = shell_output("exec sleep 60", std::chrono::milliseconds(100));
   ASSERT_FALSE(late);

@@ -24,7 +24,7 @@ constexpr int kMaxFolderDepth = 3;
 constexpr Duration kRoundInterval = std::chrono::seconds(1);
 /// Number of batches of a run that are sent in one turn.
 constexpr int kBatchesPerTurn = 25;
-/// Pause after the store has refused a run. The reason may be removed in the meantime.
+/// Pause after the store has refused a run or a document. The reason may be removed in the meantime.
 constexpr Duration kRefusalPause = std::chrono::minutes(1);
 
 bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
@@ -260,19 +260,29 @@ Result<Publisher::Backlog> Publisher::send_run(const std::string& path, WatchedR
 }
 
 Result<void> Publisher::send_document(const std::string& path) {
-  const auto state = read_file_state(path);
-  if (const auto seen = documents_.find(path); seen != documents_.end() && seen->second == state) return {};
   const auto document = read_document(path);
   if (!document) return failure(document.error());
-  if (*document) {
-    const auto there = store_->has_document(sha256((*document)->text));
-    if (!there) return failure(there.error());
-    if (!*there) {
-      if (auto added = store_->add_document(settings_.rig, **document); !added) return added;
-      report_(fmt::format("{}: stored", path));
-    }
-  }
-  documents_.insert_or_assign(path, state);
+  if (!*document) return {};
+  const auto there = store_->has_document(sha256((*document)->text));
+  if (!there) return failure(there.error());
+  if (*there) return {};
+  if (auto added = store_->add_document(settings_.rig, **document); !added) return added;
+  report_(fmt::format("{}: stored", path));
+  return {};
+}
+
+Result<void> Publisher::send_if_due(WatchedFile& file, const std::string& path,
+                                    const std::function<Result<void>()>& send) {
+  // Read before the content, so a change in between is detected in the next round.
+  const auto state = read_file_state(path);
+  if (!file.is_due(state)) return {};
+  const auto sent = send();
+  if (!sent && !report_file_fault(sent.error(), path, file.reported_fault)) return sent;
+  if (sent) file.reported_fault.clear();
+  if (!sent && sent.error().kind == FaultKind::refused)
+    file.note_refusal(state, kRefusalPause);
+  else
+    file.note_done(state);
   return {};
 }
 
@@ -283,15 +293,16 @@ Result<void> Publisher::send_check_standards() {
     if (watched.run && !watched.run->history.paths.empty()) named.insert(watched.run->history);
   for (const auto& one : named) {
     const auto path = find_path(one);
-    const auto state = read_file_state(path);
-    if (path.empty() || histories_[path] == state) continue;
-    const auto sent = read_check_charts(one, path).and_then([&](const std::optional<CheckCharts>& charts) {
-      if (!charts) return Result<void>();
-      return store_->add_check_standard(settings_.rig, *charts).map([&] { report_(fmt::format("{}: stored", path)); });
-    });
-    std::string reported;
-    if (!sent && !report_file_fault(sent.error(), path, reported)) return sent;
-    histories_[path] = state;
+    if (path.empty()) continue;
+    const auto send = [&] {
+      return read_check_charts(one, path).and_then([&](const std::optional<CheckCharts>& charts) {
+        if (!charts) return Result<void>();
+        return store_->add_check_standard(settings_.rig, *charts).map([&] {
+          report_(fmt::format("{}: stored", path));
+        });
+      });
+    };
+    if (auto sent = send_if_due(histories_[path], path, send); !sent) return sent;
   }
   return {};
 }
@@ -310,13 +321,9 @@ Result<Publisher::Backlog> Publisher::run_round() {
     watched.paused_until.emplace(kRefusalPause);
     if (watched.run) watched.run->position.reset();
   }
-  for (const auto& path : found_documents_) {
-    const auto sent = send_document(path);
-    if (sent) continue;
-    std::string reported;
-    if (!report_file_fault(sent.error(), path, reported)) return failure(sent.error());
-    documents_.insert_or_assign(path, read_file_state(path));
-  }
+  for (const auto& path : found_documents_)
+    if (auto sent = send_if_due(documents_[path], path, [&] { return send_document(path); }); !sent)
+      return failure(sent.error());
   if (auto sent = send_check_standards(); !sent) return failure(sent.error());
   if (!reported_store_fault_.empty() || !has_sent_) report_("sending to the store: " + store_->describe());
   reported_store_fault_.clear();

@@ -4,8 +4,8 @@
 /// local state: it queries the position of each run from the store. So it may be killed at any time, and two publishers
 /// may send the same run.
 ///
-/// A refusal of the store is reported once, and the run is retried after a pause. After any other fault of the store,
-/// the publisher connects again, after increasing waits. Used by one thread.
+/// A refusal of the store is reported once, and the run or document is retried after a pause. After any other fault of
+/// the store, the publisher connects again, after increasing waits. Used by one thread.
 #pragma once
 
 #include <algorithm>
@@ -69,6 +69,32 @@ class Backoff {
   Duration longest_;
   Duration wait_ = kFirstWait;
   std::mt19937_64 generator_;
+};
+
+/// A document that is sent whenever it has changed. If the store has refused it, it is also sent again after a pause,
+/// because the reason may be removed in the meantime.
+class WatchedFile {
+ public:
+  /// Returns whether the file in the state `now` must be sent.
+  [[nodiscard]] bool is_due(const FileState& now) const {
+    return tried_state_ != now || (retry_at_ && retry_at_->has_passed());
+  }
+  /// Notes that the file was sent or has a fault of its own, so only a change makes it due.
+  void note_done(const FileState& state) {
+    tried_state_ = state;
+    retry_at_.reset();
+  }
+  /// Notes that the store has refused the file.
+  void note_refusal(const FileState& state, Duration pause) {
+    tried_state_ = state;
+    retry_at_.emplace(pause);
+  }
+  /// Fault that was last reported.
+  std::string reported_fault{};
+
+ private:
+  std::optional<FileState> tried_state_{};
+  std::optional<Deadline> retry_at_{};
 };
 
 class Publisher {
@@ -137,7 +163,11 @@ class Publisher {
   /// Archives the files of a finished run and closes the run in the store. For an interrupted run, only sends the last
   /// state.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
+  /// Sends a document. Ignores a JSON file that is not a document.
   [[nodiscard]] Result<void> send_document(const std::string& path);
+  /// Calls `send` if the file is due. Fails only if no other file can be sent either.
+  [[nodiscard]] Result<void> send_if_due(WatchedFile& file, const std::string& path,
+                                         const std::function<Result<void>()>& send);
   /// Sends the charts of each history of check runs that a record names, if the file has changed.
   [[nodiscard]] Result<void> send_check_standards();
   /// If a fault concerns only one file, reports it once and returns true.
@@ -152,11 +182,11 @@ class Publisher {
   std::string reported_store_fault_;  ///< empty while connected
   /// Key: path of the record.
   std::map<std::string, WatchedRun> runs_;
-  /// States of the JSON files that were sent or are not documents, by path.
-  std::map<std::string, FileState> documents_;
+  /// The JSON files, by path.
+  std::map<std::string, WatchedFile> documents_;
   std::set<std::string> found_documents_;
-  /// States of the histories of check runs that were sent or refused, by path.
-  std::map<std::string, FileState> histories_;
+  /// The histories of check runs, by path.
+  std::map<std::string, WatchedFile> histories_;
   /// First fault of this round that concerns one file.
   std::optional<Fault> first_file_fault_;
 };

@@ -308,7 +308,6 @@ Result<void> Publisher::send_check_standards() {
 }
 
 Result<Publisher::Backlog> Publisher::run_round() {
-  first_file_fault_.reset();
   find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   auto backlog = Backlog::none;
@@ -352,6 +351,7 @@ Result<void> Publisher::serve() {
 }
 
 Result<void> Publisher::send_once() {
+  first_file_fault_.reset();
   for (;;) {
     const auto sent = run_round();
     if (!sent) return failure(sent.error());

@@ -187,7 +187,7 @@ class Publisher {
   std::set<std::string> found_documents_;
   /// The histories of check runs, by path.
   std::map<std::string, WatchedFile> histories_;
-  /// First fault of this round that concerns one file.
+  /// First fault that concerns one file, in all rounds of send_once().
   std::optional<Fault> first_file_fault_;
 };
 

@@ -347,6 +347,26 @@ class Beginning(unittest.TestCase):
             self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.run"), [[str(len(calls))]])
 
 
+class Refused(unittest.TestCase):
+    def test_once_fails_for_a_document_though_a_long_run_needs_more_rounds(self) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            rig = Rig(store, store.folder / "rig-1")
+            profile = store.folder / "long.toml"
+            profile.write_text(
+                'schema = "gyrotherm-profile/1"\nname = "long"\n'
+                '[[segment]]\nkind = "hold"\nat = "20 °C"\ntime = "8 h"\n'
+            )
+            run = run_of(record(rig.records / "long.db", str(profile)))
+            (rig.records / "calibration.json").write_text(json.dumps(CALIBRATION | {"ended": "infinity"}))
+            sent = rig.once()
+            self.assertGreater(len(stored_rows(store, run)), 25_000, "more than one turn")
+            self.assertTrue(finished(store, run), sent.stderr)
+            self.assertEqual(sent.returncode, 4, sent.stderr)
+            self.assertEqual(sent.stderr.count("refused by the store"), 1)
+
+
 class Replacing(unittest.TestCase):
     def test_a_report_is_replaced_by_whoever_sent_it(self) -> None:
         with cluster() as store:

@@ -219,7 +219,7 @@ void RunCatalogue::read_info(Entry& entry) {
   auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
   entry.info_id = info && is_final ? run.status.id : std::string();
   if (info) read_end_states(run, *info);
-  run.standard = info ? find_standard(*info, run.path) : std::nullopt;
+  run.standard = info ? record::find_named_history(*info, run.path) : std::nullopt;
   run.imported_length.reset();
   run.channels_without_values.clear();
   if (info && info->imported) {

@@ -59,7 +59,7 @@ struct FoundRun {
   /// Time for which the air of a chamber that is made safe is watched.
   Duration safe_observe{};
   /// History of check runs of the rig; empty if the rig has no check standard.
-  std::optional<StandardSource> standard{};
+  std::optional<record::NamedHistory> standard{};
   /// Time from the first to the last row of an imported record, whose slots are row numbers; empty for another record.
   std::optional<Duration> imported_length{};
   /// Names of the channels of an imported record that have no value.

@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
-#include "acquisition/record/check_history.hpp"
 #include "report/standard/check_chart.hpp"
 #include "report/standard/check_view.hpp"
 
@@ -18,7 +16,7 @@ constexpr std::size_t kMaxCachedAnswers = 4;
 
 /// Reads and assesses a history. Fails with the reason for the client, which contains no text of the file: a record
 /// from elsewhere may name any file.
-Result<standard::CheckedStandard> read_standard(const StandardSource& source, const std::string& path) {
+Result<standard::CheckedStandard> read_standard(const record::NamedHistory& source, const std::string& path) {
   const auto refuse = [&](const char* why) {
     return failure(FaultKind::bad_file, path, fmt::format("{}: {}", path, why));
   };
@@ -26,13 +24,12 @@ Result<standard::CheckedStandard> read_standard(const StandardSource& source, co
   if (!text) return refuse("cannot be read, or has more than 4 MB");
   auto history = assurance::parse_history(*text, path);
   if (!history) return refuse("is not an intact history of check runs; \"gyrotherm standard RIG\" prints the reason");
-  if (history->head.rig != source.rig || history->head.simulated != source.simulated)
-    return refuse("is the history of another rig");
+  if (!source.is_for(history->head.rig, history->head.simulated)) return refuse("is the history of another rig");
   if (history->checks.empty()) return refuse("has no check run yet");
   return standard::assess_standard(std::move(*history), path);
 }
 
-WebAnswer compute_answer(const StandardSource& source, const std::string& path, std::optional<int> width_px) {
+WebAnswer compute_answer(const record::NamedHistory& source, const std::string& path, std::optional<int> width_px) {
   const auto checked = read_standard(source, path);
   if (!checked) return refusal(404, checked.error().what);
   if (!width_px) return {.body = to_json(*checked)};
@@ -41,23 +38,16 @@ WebAnswer compute_answer(const StandardSource& source, const std::string& path, 
 
 }  // namespace
 
-std::optional<StandardSource> find_standard(const record::RunInfo& info, const std::string& record) {
-  auto paths = record::list_check_histories(info, record);
-  if (paths.empty()) return {};
-  return StandardSource{.rig = info.rig_name, .simulated = record::is_simulated(info), .paths = std::move(paths)};
-}
-
-WebAnswer StandardAnswers::answer(const StandardSource& source, std::optional<int> width_px) {
-  const auto is_there = [](const std::string& path) { return read_file_state(path).is_there(); };
-  const auto path = std::ranges::find_if(source.paths, is_there);
-  if (path == source.paths.end())
+WebAnswer StandardAnswers::answer(const record::NamedHistory& source, std::optional<int> width_px) {
+  const auto path = source.find_path();
+  if (path.empty())
     return refusal(404, fmt::format("there is no history of check runs yet: {}", fmt::join(source.paths, ", ")));
-  const auto state = read_file_state(*path);
-  const auto key = fmt::format("{}\n{}\n{}\n{}", *path, source.rig, source.simulated, width_px.value_or(0));
+  const auto state = read_file_state(path);
+  const auto key = fmt::format("{}\n{}\n{}\n{}", path, source.rig, source.simulated, width_px.value_or(0));
   const std::lock_guard lock(mutex_);
   if (const auto found = answers_.find(key); found != answers_.end() && found->second.state == state)
     return found->second.answer;
-  auto answer = compute_answer(source, *path, width_px);
+  auto answer = compute_answer(source, path, width_px);
   if (answers_.size() >= kMaxCachedAnswers) answers_.clear();
   answers_[key] = {.state = state, .answer = answer};
   return answer;

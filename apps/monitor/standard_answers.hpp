@@ -7,24 +7,12 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/check_history.hpp"
 #include "apps/monitor/web.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::monitor {
-
-/// History of check runs that a record names: the `history` of [check_standard] in the rig file that it contains.
-struct StandardSource {
-  std::string rig{};
-  bool simulated{};
-  /// Paths at which the history may be, in the order of the search: beside the rig file, beside the record.
-  std::vector<std::string> paths{};
-};
-
-/// Returns the history that the rig file in a record names; nothing if the rig has no check standard.
-[[nodiscard]] std::optional<StandardSource> find_standard(const record::RunInfo& info, const std::string& record);
 
 /// Largest history that is read. The memory of the monitor is limited; 500 check runs of a triad have 4 MB.
 inline constexpr std::size_t kMaxHistoryBytes = kLargestText;
@@ -36,7 +24,7 @@ class StandardAnswers {
   /// Returns the standing, all results, explanations and the diagnosis (schema gyrotherm-control-charts/1), or with
   /// `width_px` the charts as SVG. Refuses with 404 if there is no history, and if it is not a history of check runs of
   /// this rig. The reason does not contain any text of the file.
-  [[nodiscard]] WebAnswer answer(const StandardSource& source, std::optional<int> width_px);
+  [[nodiscard]] WebAnswer answer(const record::NamedHistory& source, std::optional<int> width_px);
 
  private:
   struct CachedAnswer {

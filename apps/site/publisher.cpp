@@ -229,7 +229,7 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
     run.channels = stored_channels(run.info);
-    run.history = name_history(run.info, files.path);
+    run.history = record::find_named_history(run.info, files.path);
   }
   watched.run->states = std::move(states);
   return true;
@@ -288,11 +288,11 @@ Result<void> Publisher::send_if_due(WatchedFile& file, const std::string& path,
 
 Result<void> Publisher::send_check_standards() {
   if (!store_->has_check_standards()) return {};
-  std::set<NamedHistory> named;
+  std::set<record::NamedHistory> named;
   for (const auto& [path, watched] : runs_)
-    if (watched.run && !watched.run->history.paths.empty()) named.insert(watched.run->history);
+    if (watched.run && watched.run->history) named.insert(*watched.run->history);
   for (const auto& one : named) {
-    const auto path = find_path(one);
+    const auto path = one.find_path();
     if (path.empty()) continue;
     const auto send = [&] {
       return read_check_charts(one, path).and_then([&](const std::optional<CheckCharts>& charts) {

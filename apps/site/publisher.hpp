@@ -122,7 +122,7 @@ class Publisher {
     std::vector<StoredChannel> channels{};
     /// Position in the store; empty if it must be queried.
     std::optional<RunPosition> position{};
-    NamedHistory history{};  ///< check runs of its rig
+    std::optional<record::NamedHistory> history{};  ///< check runs of its rig
   };
   /// States of a run's files. A run that was sent completely is read again only if they change.
   struct FileStates {

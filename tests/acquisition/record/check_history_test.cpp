@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/folder.hpp"
 
 namespace gyrotherm::record {
 namespace {
@@ -40,6 +44,27 @@ TEST(CheckHistories, AreNoneWithoutCheckStandardOrReadableRigFile) {
   EXPECT_EQ(histories("", "", "/data/run.db"), Paths{});
   EXPECT_EQ(histories("[check_standard\n", "/etc/lab.toml", "/data/run.db"), Paths{}) << "not TOML";
   EXPECT_EQ(histories(std::string(1000, '\x80'), "", "/data/run.db"), Paths{});
+}
+
+TEST(NamedHistory, IsFirstThatExistsAndOnlyOfTheSameRig) {
+  const tests::TestFolder folder;
+  RunInfo info;
+  info.rig_text = kWithStandard;
+  info.rig_name = "lab";
+  info.rig_file = folder / "rigs/lab.toml";
+  const auto named = find_named_history(info, folder / "runs/run.db");
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->find_path(), "");
+  for (const char* name : {"runs", "rigs"}) {
+    std::filesystem::create_directory(folder / name);
+    std::ofstream(folder / (name + std::string("/check-standard.jsonl"))) << "{}";
+    EXPECT_EQ(named->find_path(), folder / (name + std::string("/check-standard.jsonl")));
+  }
+  EXPECT_TRUE(named->is_for("lab", is_simulated(info)));
+  EXPECT_FALSE(named->is_for("lab", !is_simulated(info)));
+  EXPECT_FALSE(named->is_for("hall", is_simulated(info)));
+  info.rig_text = "";
+  EXPECT_FALSE(find_named_history(info, folder / "runs/run.db"));
 }
 
 }  // namespace

@@ -496,7 +496,7 @@ std::vector<BrokenThing> warning_faults() {
            .at = kEarly,
            .breaks =
                [](D& d) {
-                 d.run_controller().set_guard_troubles({{"guard", "the guard has ended"}});
+                 d.run_controller().set_guard_troubles({{"guard", "the guard had ended, and was replaced"}});
                },
            .acts_within = 1,
            .repairs = [](D& d) { d.run_controller().set_guard_troubles({}); }},

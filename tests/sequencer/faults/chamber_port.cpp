@@ -99,10 +99,10 @@ void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
 }
 
 Result<void> MemoryConnection::open(Duration within) {
-  if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "no connection");
+  if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "no connection: Connection refused");
   if (port_.trouble.half_open) {
     port_.line().line_clock().pass(within);
-    return failure(FaultKind::disconnected, "", "no connection");
+    return failure(FaultKind::disconnected, "", "no connection: Connection refused");
   }
   open_ = true;
   return {};
@@ -111,7 +111,7 @@ Result<void> MemoryConnection::open(Duration within) {
 Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
   auto& line = port_.line();
   const auto& trouble = line.trouble;
-  if (trouble.gone) return failure(FaultKind::disconnected, "", "reset");
+  if (trouble.gone) return failure(FaultKind::disconnected, "", "connection lost: Connection reset by peer");
   const auto loss = line.loss();
   if (trouble.silent || port_.trouble.half_open || loss == LineEnd::Loss::of_request) return {};
   answer_.clear();
@@ -128,7 +128,8 @@ Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
 
 Result<std::size_t> MemoryConnection::receive(std::span<std::byte> frame, Duration within) {
   auto& line_clock = port_.line().line_clock();
-  if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "reset");
+  if (port_.line().trouble.gone)
+    return failure(FaultKind::disconnected, "", "connection lost: Connection reset by peer");
   if (coming_.empty() || coming_.front().at > line_clock.time() + within || coming_.front().cut) {
     line_clock.pass(within);
     return failure(FaultKind::timeout, "", "no reply");

@@ -25,11 +25,11 @@ std::size_t LineEnd::take(std::span<std::byte> room) {
 }
 
 Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) {
-  if (trouble.gone) return failure(FaultKind::disconnected, "line", "gone");
+  if (trouble.gone) return failure(FaultKind::disconnected, "line", "the port was removed");
   const auto now = line_clock_.time();
   if (coming_.empty() || coming_.front().at > now + within) {
     line_clock_.pass(within);
-    return failure(FaultKind::timeout, "line", "silent");
+    return failure(FaultKind::timeout, "line", "no data in 0.500 s");
   }
   if (coming_.front().at > now) line_clock_.pass(coming_.front().at - now);
   std::size_t size = 0;
@@ -39,7 +39,7 @@ Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) 
 }
 
 Result<void> LineEnd::write(std::span<const std::byte> bytes) {
-  if (trouble.gone) return failure(FaultKind::disconnected, "line", "gone");
+  if (trouble.gone) return failure(FaultKind::disconnected, "line", "the port was removed");
   const auto loss = this->loss();
   if (trouble.silent || loss == Loss::of_request) return {};
   answered_.clear();

@@ -130,6 +130,7 @@ class SimulatedRun {
   std::optional<int> part_of_failing_disk_;
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
+  std::map<std::pair<EventKind, std::string>, Event> events_;  ///< by kind and text
   int parts_ = 1;
   std::optional<MemoryWires> wires_;
   std::unique_ptr<rig::Rig> rig_;
@@ -343,6 +344,7 @@ void SimulatedRun::tick() {
       *outcome != run::RunOutcome::complete)
     invariants_.report_violation("I20", second_,
                                  fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
+  for (const auto& event : store_->events()) events_.emplace(std::pair(event.kind, event.text), event);
   store_->forget();
   const bool ended = *outcome != run::RunOutcome::going_on;
   if (ended || slot % sync_every_ == sync_every_ - 1)
@@ -460,6 +462,8 @@ SimulatedRunReport SimulatedRun::run() {
   judge_record();
   if (listener_)
     if (const auto missing = listener_->first_lost_message()) invariants_.report_violation("I23", second_, *missing);
+  std::vector<Event> events;
+  for (const auto& [key, event] : events_) events.push_back(event);
   return {.violations = invariants_.violations(),
           .ending = ending_.value_or(Ending::ran_out_of_time),
           .seconds = second_,
@@ -469,6 +473,7 @@ SimulatedRunReport SimulatedRun::run() {
           .parts = parts_,
           .seconds_in_state = invariants_.seconds_in_state(),
           .rows = invariants_.rows(),
+          .events = std::move(events),
           .blocks = invariants_.profile().added_blocks};
 }
 

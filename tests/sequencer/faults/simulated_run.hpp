@@ -77,6 +77,8 @@ struct SimulatedRunReport {
   int parts = 1;
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;
+  /// Events that the program recorded, each text once for its kind.
+  std::vector<Event> events;
   /// Blocks of a run that ends by itself, as chosen by its decisions.
   std::vector<std::string> blocks;
 };

@@ -17,11 +17,12 @@ namespace gyrotherm::exchange {
 namespace {
 
 constexpr std::int64_t kGpsWeek_s = 604800;
+constexpr const char* kTooLate = "more than ten years after the first row";
 
 tl::unexpected<Fault> bad_file_failure(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
 
 /// Returns GPS time minus UTC (IERS Bulletin C). It increases by one second at each of these dates.
-Duration leap_seconds_of_gps(Duration utc) {
+Duration leap_seconds_of_gps(Duration gps_time) {
   using std::chrono::sys_days, std::chrono::January, std::chrono::July, std::chrono::year;
   static constexpr std::array<sys_days, 18> kDays{
       sys_days(year(1981) / July / 1),    sys_days(year(1982) / July / 1),    sys_days(year(1983) / July / 1),
@@ -32,7 +33,7 @@ Duration leap_seconds_of_gps(Duration utc) {
       sys_days(year(2012) / July / 1),    sys_days(year(2015) / July / 1),    sys_days(year(2017) / January / 1)};
   std::int64_t seconds = 0;
   for (const sys_days day : kDays)
-    if (utc - kSecond * seconds >= day.time_since_epoch()) ++seconds;
+    if (gps_time - kSecond * seconds >= day.time_since_epoch()) ++seconds;
   return kSecond * seconds;
 }
 
@@ -77,27 +78,28 @@ bool has_time_of_day(std::string_view text) { return text.find(':') != std::stri
 
 CountedTime RowClock::unwrap(const CountedTime& number) {
   if (!map_.wrap) return number;
-  if (last_number_) {
+  if (read_.last_number) {
     const auto half = std::chrono::duration_cast<Duration>((kSecond * map_.wrap->seconds + map_.wrap->part) / 2);
-    const auto step = duration_between(*last_number_, number);
-    if (step && *step < -half) wrapped_ = wrapped_ + *map_.wrap;
-    if (step && *step > half && wrapped_.seconds + wrapped_.part.count() > 0)
-      wrapped_ = wrapped_ + CountedTime{-map_.wrap->seconds, -map_.wrap->part};
+    const auto step = duration_between(*read_.last_number, number);
+    if (step && *step < -half) read_.wrapped = read_.wrapped + *map_.wrap;
+    if (step && *step > half && read_.wrapped.seconds + read_.wrapped.part.count() > 0)
+      read_.wrapped = read_.wrapped + CountedTime{-map_.wrap->seconds, -map_.wrap->part};
   }
-  last_number_ = number;
-  return number + wrapped_;
+  read_.last_number = number;
+  return number + read_.wrapped;
 }
 
 Result<void> RowClock::read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row) {
+  read_ = accepted_;
   auto counted = unwrap(number);
   if (week) {
     if (std::isnan(*week) || *week < 0 || *week > 1e5 || std::floor(*week) != *week)
       return bad_file_failure("not a GPS week, expected a whole number from 0 to 100000");
     counted = counted + CountedTime{static_cast<std::int64_t>(*week) * kGpsWeek_s};
   }
-  if (!first_number_) first_number_ = counted;
-  const auto since_first = duration_between(*first_number_, counted);
-  if (!since_first) return bad_file_failure("more than ten years after the first row");
+  if (!read_.first_number) read_.first_number = counted;
+  const auto since_first = duration_between(*read_.first_number, counted);
+  if (!since_first) return bad_file_failure(kTooLate);
   row.time = *since_first;
   if (!map_.since || (map_.counts_local_days && !map_.zone)) return {};
   row.utc = to_utc(*map_.since + counted);
@@ -108,6 +110,7 @@ Result<void> RowClock::read_number(const CountedTime& number, std::optional<doub
 }
 
 Result<void> RowClock::read_date(std::string_view date, std::string_view clock, ForeignRow& row) {
+  read_ = accepted_;
   const auto time = dated_time(map_, date, clock);
   const auto shown = [&] { return plain(in_utf8(map_.clock ? fmt::format("{} {}", date, clock) : std::string(date))); };
   if (!time) return bad_file_failure(fmt::format("\"{}\", expected {}", shown(), expected_date(map_)));
@@ -117,10 +120,9 @@ Result<void> RowClock::read_date(std::string_view date, std::string_view clock, 
         fmt::format("\"{}\" has no zone, expected one after the time, or zone = \"Z\" in [time]", shown()));
   row.utc = time->reading - *zone;
   if (!record::is_possible_time(*row.utc)) return bad_file_failure("a time outside 1970 to 2116");
-  if (!first_utc_) first_utc_ = *row.utc;
-  row.time = *row.utc - *first_utc_;
-  if (std::chrono::abs(row.time) <= kLongestForeignTime) return {};
-  return bad_file_failure("more than ten years after the first row");
+  if (!read_.first_utc) read_.first_utc = *row.utc;
+  row.time = *row.utc - *read_.first_utc;
+  return std::chrono::abs(row.time) <= kLongestForeignTime ? Result<void>{} : bad_file_failure(kTooLate);
 }
 
 Result<void> RowClock::read_clock(std::string_view clock, ForeignRow& row) {
@@ -128,12 +130,14 @@ Result<void> RowClock::read_clock(std::string_view clock, ForeignRow& row) {
   const auto of_day = parse_clock(clock);
   if (!of_day)
     return bad_file_failure(fmt::format("\"{}\", expected a time of day like 08:30:05", plain(in_utf8(clock))));
-  if (last_clock_ && *of_day - *last_clock_ < -kHalfDay) days_ += kDay;
-  if (last_clock_ && *of_day - *last_clock_ > kHalfDay && days_ > Duration{}) days_ -= kDay;
-  last_clock_ = *of_day;
-  if (!first_clock_) first_clock_ = *of_day;
-  row.time = *of_day + days_ - *first_clock_;
-  return {};
+  read_ = accepted_;
+  const Duration step = *of_day - read_.last_clock.value_or(*of_day);
+  if (step < -kHalfDay) read_.days += kDay;
+  if (step > kHalfDay && read_.days > Duration{}) read_.days -= kDay;
+  read_.last_clock = *of_day;
+  if (!read_.first_clock) read_.first_clock = *of_day;
+  row.time = *of_day + read_.days - *read_.first_clock;
+  return row.time <= kLongestForeignTime ? Result<void>{} : bad_file_failure(kTooLate);
 }
 
 void OtherClocks::begin(std::size_t column, const std::string& name, std::string_view first) {

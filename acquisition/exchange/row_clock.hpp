@@ -16,7 +16,8 @@
 
 namespace gyrotherm::exchange {
 
-/// Sets the time of each row since the first row, and its UTC if that is known. The faults have no position.
+/// Sets the time of each row since the first row, and its UTC if that is known. The clock advances only by accept(), so
+/// a row that is left out does not change the times of later rows. The faults have no position.
 class RowClock {
  public:
   explicit RowClock(const ImportMap& map) : map_(map) {}
@@ -29,17 +30,24 @@ class RowClock {
   /// time, or if neither the texts nor the map name a zone.
   [[nodiscard]] Result<void> read_date(std::string_view date, std::string_view clock, ForeignRow& row);
   /// Computes the time from a time of day, which restarts at midnight. Fails with bad_file if the text is not a time of
-  /// day.
+  /// day, or if the time is more than ten years after the first row.
   [[nodiscard]] Result<void> read_clock(std::string_view clock, ForeignRow& row);
+  /// Advances the clock to the row that was read last.
+  void accept() { accepted_ = read_; }
 
  private:
   [[nodiscard]] CountedTime unwrap(const CountedTime& number);
 
+  struct State {
+    std::optional<CountedTime> first_number{}, last_number{};
+    CountedTime wrapped{};  ///< sum of the wraps so far
+    std::optional<Duration> first_utc{}, first_clock{}, last_clock{};
+    Duration days{};
+  };
+
   const ImportMap& map_;
-  std::optional<CountedTime> first_number_{}, last_number_{};
-  CountedTime wrapped_{};  ///< sum of the wraps so far
-  std::optional<Duration> first_utc_{}, first_clock_{}, last_clock_{};
-  Duration days_{};
+  /// The states after the last accepted row and after the last row that was read.
+  State accepted_{}, read_{};
 };
 
 /// Columns with dates or times of day that the map does not name. They are used to check the map's time: all clocks of

@@ -64,6 +64,23 @@ class DamagedLines {
   Fault first_{};
 };
 
+/// The indices of the map's columns among the fields of a row.
+struct TableLayout {
+  /// The number of fields of the header or of the first row.
+  std::size_t width{};
+  std::optional<std::size_t> time{}, clock{}, week{};
+  std::vector<std::size_t> columns{};
+
+  /// Returns whether a row with this number of fields has all columns of the map.
+  [[nodiscard]] bool is_within(std::size_t fields) const {
+    const auto reaches = [&](std::optional<std::size_t> index) { return !index || *index < fields; };
+    return reaches(time) && reaches(clock) && reaches(week) && std::ranges::all_of(columns, reaches);
+  }
+  [[nodiscard]] bool has(std::size_t index) const {
+    return index == time || index == clock || index == week || std::ranges::find(columns, index) != columns.end();
+  }
+};
+
 /// Reads a table sequentially. Stops at the first fault unless the map skips damaged lines.
 class TextTable {
  public:
@@ -173,17 +190,22 @@ class TextTable {
     if (auto line = expect(lines_.next(), "the file ends, expected a header"); !line) return line;
     if (auto parted = split_line(); !parted) return parted;
     for (const Field& field : fields_) header_.push_back(in_utf8(trimmed(record::unquote(field))));
-    width_ = fields_.size();
-    return locate_columns();
+    is_layout_final_ = true;
+    return assign_result(layout_, locate_columns());
   }
 
-  /// Returns the index of a column in the table. If the table does not have the column, returns the number of columns.
-  Result<std::size_t> find_column(const ColumnName& column) const {
-    const bool is_numbered = !map_.header || (column.name.empty() && column.number > 0);
-    if (is_numbered) return std::min(column.number - 1, width_);
+  /// Returns whether the map refers to a column by its number.
+  bool is_numbered(const ColumnName& column) const {
+    return !map_.header || (column.name.empty() && column.number > 0);
+  }
+
+  /// Returns the index of a column among the fields of the present line. Returns nothing if the line does not have it.
+  Result<std::optional<std::size_t>> find_column(const ColumnName& column) const {
+    if (is_numbered(column))
+      return column.number > 0 && column.number <= fields_.size() ? std::optional(column.number - 1) : std::nullopt;
     const std::string wanted(trimmed(column.name));
     const auto found = std::ranges::find(header_, wanted);
-    if (found == header_.end()) return width_;
+    if (found == header_.end()) return std::nullopt;
     const auto index = static_cast<std::size_t>(found - header_.begin());
     if (const auto again = std::find(found + 1, header_.end(), wanted); again != header_.end())
       return failure(fault_at(fields_[static_cast<std::size_t>(again - header_.begin())].column,
@@ -192,34 +214,48 @@ class TextTable {
     return index;
   }
 
-  /// Finds the columns of the map in the header or, without a header, among the fields of the first row.
-  Result<void> locate_columns() {
-    std::vector<std::string> missing;
+  /// Finds the columns of the map in the header or, without a header, among the fields of the present line. Fails if
+  /// any of them is missing.
+  Result<TableLayout> locate_columns() const {
+    TableLayout layout{.width = fields_.size()};
+    std::vector<ColumnName> missing;
+    const auto locate = [&](const ColumnName& column, std::optional<std::size_t>& index) {
+      auto found = assign_result(index, find_column(column));
+      if (found && !index) missing.push_back(column);
+      return found;
+    };
+    for (const auto& [column, index] :
+         {std::pair(&map_.time, &layout.time), {&map_.clock, &layout.clock}, {&map_.week, &layout.week}})
+      if (*column)
+        if (auto found = locate(**column, *index); !found) return failure(found.error());
+    for (const ColumnName& column : columns_) {
+      std::optional<std::size_t> index;
+      if (auto found = locate(column, index); !found) return failure(found.error());
+      layout.columns.push_back(index.value_or(0));
+    }
+    if (missing.empty()) return layout;
+    return failure(fault_at(1, describe_missing(missing) + suggest_separator()));
+  }
+
+  /// Describes the missing columns with a name, and the highest missing number.
+  std::string describe_missing(const std::vector<ColumnName>& missing) const {
+    std::vector<std::string> names;
     std::size_t highest = 0;
-    const auto locate = [&](const ColumnName& column) -> Result<std::size_t> {
-      const auto index = find_column(column);
-      if (index && *index == width_) missing.push_back(column.name);
-      highest = std::max(highest, column.number);
-      return index;
-    };
-    const auto locate_if_any = [&](const std::optional<ColumnName>& column, std::optional<std::size_t>& index) {
-      return column ? assign_result(index.emplace(), locate(*column)) : Result<void>{};
-    };
-    if (auto index = locate_if_any(map_.time, time_at_); !index) return index;
-    if (auto index = locate_if_any(map_.clock, clock_at_); !index) return index;
-    if (auto index = locate_if_any(map_.week, week_at_); !index) return index;
-    for (const ColumnName& column : columns_)
-      if (auto index = assign_result(indices_.emplace_back(), locate(column)); !index) return index;
-    if (missing.empty()) return {};
-    const bool is_named = map_.header && highest == 0;
-    const auto what = is_named ? describe_missing_columns(missing, header_)
-                               : fmt::format("{}, expected at least {}", format_count(width_, "column"), highest);
-    return failure(fault_at(1, what + suggest_separator()));
+    for (const ColumnName& column : missing)
+      if (is_numbered(column))
+        highest = std::max(highest, column.number);
+      else
+        names.push_back(column.name);
+    std::string text = names.empty() ? "" : describe_missing_columns(names, header_);
+    if (names.size() < missing.size())
+      text += fmt::format("{}{}, expected at least {}", text.empty() ? "" : "; the table has ",
+                          format_count(fields_.size(), "column"), highest);
+    return text;
   }
 
   /// Returns the hint to another separator if the line has one field by the map's separator; otherwise nothing.
   std::string suggest_separator() const {
-    if (width_ != 1) return {};
+    if (fields_.size() != 1) return {};
     const auto line = lines_.line();
     for (const auto& [name, separator] : {std::pair("\\t", '\t'), {";", ';'}, {",", ','}})
       if (separator != map_.separator && line.find(separator) != std::string_view::npos)
@@ -250,73 +286,76 @@ class TextTable {
     return at < header_.size() ? fmt::format(" in column \"{}\"", plain(header_[at])) : "";
   }
 
-  void count_missing(std::size_t i, std::string_view text) {
+  /// Counts the texts of the missing values of an accepted row.
+  void count_missing() {
     constexpr std::size_t kMaxTexts = 8;
-    MissingTexts& texts = missing_[i];
-    if (const auto known = texts.find(std::string(text)); known != texts.end())
-      ++known->second;
-    else if (texts.size() < kMaxTexts)
-      texts.emplace(text, 1);
+    for (std::size_t i = 0; i < numbers_.size(); ++i) {
+      if (!std::isnan(numbers_[i])) continue;
+      MissingTexts& texts = missing_[i];
+      const Field& field = fields_[layout_.columns[i]];
+      auto text = in_utf8(trimmed(record::unquote(field)));
+      if (const auto known = texts.find(text); known != texts.end())
+        ++known->second;
+      else if (texts.size() < kMaxTexts)
+        texts.emplace(std::move(text), 1);
+    }
   }
 
+  /// Returns the number of a column, or NaN if its field marks a missing value.
   Result<double> number_at(std::size_t i) {
-    const Field& field = fields_[indices_[i]];
+    const Field& field = fields_[layout_.columns[i]];
     const auto text = trimmed(field.text);
-    if (!map_.missing.empty() && is_missing(text)) {
-      count_missing(i, text);
-      return kMissing;
-    }
+    if (!map_.missing.empty() && is_missing(text)) return kMissing;
     if (const auto number = record::number_in(style_.normalise(text, changed_))) {
-      if (missing_numbers_.empty() || std::ranges::find(missing_numbers_, *number) == missing_numbers_.end())
-        return *number;
-      count_missing(i, text);
-      return kMissing;
+      const bool marks_missing = std::ranges::find(missing_numbers_, *number) != missing_numbers_.end();
+      return marks_missing ? kMissing : *number;
     }
-    if ((field.has_doubled_quotes || !is_utf8(text)) && is_missing(in_utf8(record::unquote(field)))) {
-      count_missing(i, in_utf8(record::unquote(field)));
-      return kMissing;
-    }
+    if ((field.has_doubled_quotes || !is_utf8(text)) && is_missing(in_utf8(record::unquote(field)))) return kMissing;
     return failure(not_a_number_fault(field, false));
   }
 
   Result<void> read_counted_time(ForeignRow& row) {
-    const Field& field = fields_[*time_at_];
+    const Field& field = fields_[*layout_.time];
     const auto counted = parse_counted_time(style_.normalise(trimmed(field.text), changed_), map_.time_unit);
     if (!counted) return failure(not_a_number_fault(field, true));
     std::optional<double> week;
-    if (week_at_) {
-      week = record::number_in(style_.normalise(trimmed(fields_[*week_at_].text), changed_));
-      if (!week) return failure(not_a_number_fault(fields_[*week_at_], true));
+    if (layout_.week) {
+      week = record::number_in(style_.normalise(trimmed(fields_[*layout_.week].text), changed_));
+      if (!week) return failure(not_a_number_fault(fields_[*layout_.week], true));
     }
     return clock_.read_number(*counted, week, row);
   }
 
   Result<void> read_time(ForeignRow& row) {
-    if (!time_at_) {
-      row.time = map_.interval * rows_;
-      return {};
-    }
-    const auto text = trimmed(fields_[*time_at_].text);
-    const auto clock = clock_at_ ? trimmed(fields_[*clock_at_].text) : std::string_view();
+    if (!layout_.time) return read_interval(row);
+    const auto text = trimmed(fields_[*layout_.time].text);
+    const auto clock = layout_.clock ? trimmed(fields_[*layout_.clock].text) : std::string_view();
     auto read = map_.time_form == TimeForm::number  ? read_counted_time(row)
                 : map_.time_form == TimeForm::clock ? clock_.read_clock(text, row)
                                                     : clock_.read_date(text, clock, row);
     if (!read && read.error().where.empty())
-      return failure(fault_at(fields_[*time_at_].column, std::move(read.error().what)));
+      return failure(fault_at(fields_[*layout_.time].column, std::move(read.error().what)));
     return read;
+  }
+
+  /// Sets the time of a row in a table without a time.
+  Result<void> read_interval(ForeignRow& row) const {
+    if (map_.interval > Duration{} && rows_ > kLongestForeignTime / map_.interval)
+      return failure(fault_at(1, "more than ten years after the first row"));
+    row.time = map_.interval * rows_;
+    return {};
   }
 
   /// Checks the number of fields. Ignores empty fields after the last column. Rows may lack the last column if its name
   /// is empty, or "Comment", which LabVIEW writes only in rows with a comment.
   Result<void> check_width() {
-    while (fields_.size() > width_ && is_empty(fields_.back())) fields_.pop_back();
-    if (fields_.size() == width_) return {};
-    const bool ends_in_separator =
-        !header_.empty() && (header_.back().empty() || header_.back() == "Comment") && fields_.size() + 1 == width_;
-    const auto reaches = [&](std::size_t index) { return index < fields_.size(); };
-    if (ends_in_separator && std::ranges::all_of(indices_, reaches)) return {};
+    while (fields_.size() > layout_.width && is_empty(fields_.back())) fields_.pop_back();
+    if (fields_.size() == layout_.width) return {};
+    const bool ends_in_separator = !header_.empty() && (header_.back().empty() || header_.back() == "Comment") &&
+                                   fields_.size() + 1 == layout_.width;
+    if (ends_in_separator && layout_.is_within(fields_.size())) return {};
     return failure(
-        fault_at(1, fmt::format("{} fields, expected {}{}", fields_.size(), width_,
+        fault_at(1, fmt::format("{} fields, expected {}{}", fields_.size(), layout_.width,
                                 rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
   }
 
@@ -337,31 +376,37 @@ class TextTable {
   Result<void> read_row() {
     is_take_fault_ = false;
     if (auto parted = split_line(); !parted) return parted;
-    if (width_ == 0) {
-      width_ = fields_.size();
-      if (auto located = locate_columns(); !located) return located;
-    }
+    if (!is_layout_final_)
+      if (auto located = assign_result(layout_, locate_columns()); !located) return located;
     if (auto fits = check_width(); !fits) return fits;
     ForeignRow row;
     if (auto time = read_time(row); !time) return time;
-    for (std::size_t i = 0; i < indices_.size(); ++i)
+    for (std::size_t i = 0; i < numbers_.size(); ++i)
       if (auto number = assign_result(numbers_[i], number_at(i)); !number) return number;
     torn_ = is_torn();
     if (torn_) return {};
+    accept_row();
     row.numbers = numbers_;
-    if (!map_.ignores_other_clocks) watch_other_clocks();
-    ++rows_;
     auto taken = take_(row);
     is_take_fault_ = !taken;
     if (!taken && taken.error().where.empty())
-      return failure(fault_at(time_at_ ? fields_[*time_at_].column : 1, std::move(taken.error().what)));
+      return failure(fault_at(layout_.time ? fields_[*layout_.time].column : 1, std::move(taken.error().what)));
     return taken;
+  }
+
+  /// Changes the state of the table by a row that was read completely. A row that cannot be read changes nothing.
+  void accept_row() {
+    is_layout_final_ = true;
+    clock_.accept();
+    count_missing();
+    if (!map_.ignores_other_clocks) watch_other_clocks();
+    ++rows_;
   }
 
   void watch_other_clocks() {
     if (rows_ == 0)
       for (std::size_t i = 0; i < fields_.size(); ++i)
-        if (i != time_at_ && i != clock_at_ && i != week_at_ && std::ranges::find(indices_, i) == indices_.end())
+        if (!layout_.has(i))
           other_clocks_.begin(i, i < header_.size() ? header_[i] : std::to_string(i + 1), trimmed(fields_[i].text));
     for (auto& clock : other_clocks_.clocks())
       if (clock.column < fields_.size()) clock.last = trimmed(fields_[clock.column].text);
@@ -378,10 +423,9 @@ class TextTable {
   std::vector<double> missing_numbers_{};
   std::vector<std::string> header_{};
   std::vector<Field> fields_{};
-  /// The number of fields of the header or of the first row.
-  std::size_t width_{};
-  std::optional<std::size_t> time_at_{}, clock_at_{}, week_at_{};
-  std::vector<std::size_t> indices_{};
+  TableLayout layout_{};
+  /// The layout was found in the header or in an accepted row. Until then, each line is examined anew.
+  bool is_layout_final_ = false;
   OtherClocks other_clocks_{};
   DamagedLines damaged_{};
   /// The number of decimals of the last field; nothing if it differs between rows.

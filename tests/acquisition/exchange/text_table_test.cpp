@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/text_table.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
 
 #include "tests/acquisition/exchange/foreign.hpp"
 
@@ -122,6 +127,132 @@ TEST(TextTable, NamesMissingColumnNumber) {
             "f:1:1: 1 column, expected at least 4; the line has separators \";\": set separator = \";\" in [file]");
   map.skip = 2;
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends within the lines to skip");
+}
+
+TEST(TextTable, NamesMissingColumnsBesideNumberedOnes) {
+  ImportMap map = rate_map();
+  map.axis_columns[0] = {.number = 2};
+  EXPECT_EQ(text(read_rows("t,x,y\n1,2,3\n", map, "f").error()),
+            "f:1:1: no column \"T\", expected one of: \"t\", \"x\", \"y\"");
+  map.axis_columns[0] = {.number = 5};
+  EXPECT_EQ(text(read_rows("t,x,y\n1,2,3\n", map, "f").error()),
+            "f:1:1: no column \"T\", expected one of: \"t\", \"x\", \"y\"; the table has 3 columns, expected at "
+            "least 5");
+  EXPECT_EQ(text(read_rows("t,T,y\n1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 5");
+  map.thermometer_columns[0].column = {.number = 4};
+  map.time = ColumnName{"time"};
+  EXPECT_EQ(text(read_rows("t\n1\n", map, "f").error()),
+            "f:1:1: no column \"time\", expected one of: \"t\"; the table has 1 column, expected at least 5");
+}
+
+/// Lines before the first row that have too few fields, too many, or fields that are not numbers.
+TEST(TextTable, TakesLayoutFromFirstReadableRow) {
+  const std::string rows = "0,20,21,1\n10,21,22,2\n20,22,23,3\n30,23,24,4\n40,24,25,5\n50,25,26,6\n";
+  ImportMap map = numbered_map(4);
+  map.leaves_out_damaged = true;
+  const auto expected = read_rows(rows, map, "f");
+  ASSERT_TRUE(expected) << text(expected.error());
+  for (const char* damage : {"STOPPED\n12\n", "STOPPED\n", "1\n2\n3\n", "1,2\n1,2\n", "1,2,3\n4,5,6\n", "a,b,c,d,e\n",
+                             "1,2,3,x\n", "1,2,3,x,5\n", "\"\n", "x\n\"\n1,2\n", "999999999999999999,1,1,x\n"}) {
+    SCOPED_TRACE(damage);
+    const auto read = read_rows(damage + rows, map, "f");
+    ASSERT_TRUE(read) << text(read.error());
+    EXPECT_EQ(read->time, expected->time);
+    EXPECT_EQ(read->columns, expected->columns);
+    EXPECT_EQ(read->notes.size(), 1u);
+  }
+  EXPECT_EQ(text(read_rows("STOPPED\n12\n", map, "f").error()), "f:1:1: 1 column, expected at least 4");
+}
+
+/// Random lines from few characters, before and between good rows, with every kind of time.
+TEST(TextTable, SurvivesRandomDamageWithoutHeader) {
+  std::mt19937 random(20261130);
+  constexpr std::string_view kCharacters = "0123456789,,,,.:x \"-";
+  std::size_t read_files = 0;
+  for (int file = 0; file < 2000; ++file) {
+    ImportMap map = numbered_map(3);
+    map.leaves_out_damaged = true;
+    map.out_of_order = OutOfOrder::skip;
+    map.time_form = file % 3 == 0 ? TimeForm::clock : TimeForm::number;
+    if (file % 3 == 1) map.wrap = CountedTime{65};
+    if (file % 5 == 0) map.time->number = 4;
+    std::string bytes;
+    for (unsigned row = 0; row < 12; ++row) {
+      for (auto damage = random() % 2; damage > 0; --damage) {
+        for (auto size = 1 + random() % 12; size > 0; --size) bytes += kCharacters[random() % kCharacters.size()];
+        bytes += '\n';
+      }
+      const auto time = map.time_form == TimeForm::clock ? fmt::format("08:00:{:02}", row) : std::to_string(row);
+      bytes += fmt::format("{},20,{},{}\n", time, row, time);
+    }
+    const auto rows = read_rows(bytes, map, "f");
+    if (rows) ++read_files;
+    if (!rows) EXPECT_EQ(rows.error().kind, FaultKind::bad_file);
+  }
+  EXPECT_GE(read_files, 1000u);
+}
+
+/// A line that is left out must not move the clock, whatever time it shows.
+TEST(TextTable, LeavesClockUnchangedByDamagedRow) {
+  struct Case {
+    const char* name;
+    TimeForm form;
+    std::vector<std::string> times;
+    std::vector<std::string> damaged;
+  };
+  const std::vector<Case> cases{
+      {"clock", TimeForm::clock, {"08:00:00", "08:01:00", "08:02:00"}, {"23:01:00", "00:01:00", "20:00:01"}},
+      {"clock over midnight", TimeForm::clock, {"23:59:00", "00:00:00", "00:01:00"}, {"12:30:00", "11:00:00"}},
+      {"counter", TimeForm::number, {"0", "60000", "120000"}, {"900000", "1e30", "-1e30", "99999999999999", "1"}},
+      {"ISO",
+       TimeForm::civil,
+       {"2026-03-01T08:00:00Z", "2026-03-01T08:01:00Z", "2026-03-01T08:02:00Z"},
+       {"1999-03-01T08:00:00Z", "2099-03-01T08:00:00Z"}},
+  };
+  for (const auto& [name, form, times, damaged] : cases)
+    for (const auto& time : damaged)
+      for (std::size_t at = 0; at < times.size(); ++at) {
+        SCOPED_TRACE(fmt::format("{}: {} before row {}", name, time, at));
+        ImportMap map = rate_map();
+        map.leaves_out_damaged = true;
+        map.time_form = form;
+        map.wrap = form == TimeForm::number ? std::optional(CountedTime{1000}) : std::nullopt;
+        std::string bytes = "t,T,w\n";
+        for (std::size_t i = 0; i < times.size(); ++i) {
+          if (i == at) bytes += time + ",2#.1,3\n";
+          bytes += times[i] + ",20,3\n";
+        }
+        const auto rows = read_rows(bytes, map, "f");
+        ASSERT_TRUE(rows) << text(rows.error());
+        using std::chrono::minutes;
+        EXPECT_EQ(rows->time, (std::vector<Duration>{minutes(0), minutes(1), minutes(2)}));
+        if (form == TimeForm::civil) EXPECT_EQ(rows->utc[0], std::chrono::seconds(1772352000));
+      }
+}
+
+TEST(TextTable, RefusesTimesOverTenYears) {
+  ImportMap map = rate_map();
+  map.time_form = TimeForm::clock;
+  std::string clocks = "t,T,w\n";
+  for (int day = 0; day < 3660; ++day) clocks += "00:00,20,3\n08:00,20,3\n16:00,20,3\n";
+  const auto by_clock = read_rows(clocks, map, "f");
+  ASSERT_FALSE(by_clock);
+  EXPECT_EQ(by_clock.error().where, "f:10959:1");
+  map.time.reset();
+  map.interval = std::chrono::hours(24 * 1000);
+  EXPECT_EQ(read_rows("T,w\n1,2\n1,2\n1,2\n1,2\n1,2\n", map, "f").error().where, "f:6:1");
+  EXPECT_TRUE(read_rows("T,w\n1,2\n1,2\n1,2\n1,2\n", map, "f"));
+}
+
+TEST(TextTable, RequiresLastColumnIfItHasTime) {
+  for (const char* last : {"Comment", ""}) {
+    ImportMap map = rate_map();
+    map.time = *last != '\0' ? ColumnName{last} : ColumnName{.number = 3};
+    const std::string header = fmt::format("T,w,{}\n", last);
+    EXPECT_EQ(read_rows(header + "20,1,0\n20,1\n", map, "f").error().where, "f:3:1");
+    map.time = ColumnName{"T"};
+    EXPECT_TRUE(read_rows(header + "20,1,0\n21,1\n", map, "f"));
+  }
 }
 
 TEST(TextTable, IncrementCoversTimeSinceRowBefore) {

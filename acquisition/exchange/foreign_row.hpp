@@ -44,6 +44,8 @@ struct Findings {
   /// A time column that the map does not use, and its possible durations, one per notation.
   std::string other_clock{};
   std::vector<Duration> other_spans{};
+  /// The period of that column, of which the durations are known only modulo this period; 0 if it has none.
+  Duration other_period{};
 };
 
 }  // namespace gyrotherm::exchange

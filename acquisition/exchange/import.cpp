@@ -333,21 +333,33 @@ class ImportedRecord {
   GapCounter gaps_;
 };
 
-/// Fails if another column of dates or times of day has another duration than the map's time.
+/// Returns the difference of two durations, or the least difference modulo `period` if that is not 0.
+Duration find_difference(Duration one, Duration other, Duration period) {
+  const Duration difference = std::chrono::abs(one - other);
+  if (period == Duration{}) return difference;
+  const Duration part = difference % period;
+  return std::min(part, period - part);
+}
+
+/// Fails if another column of dates or times of day has another duration than the map's time. A column of times of day
+/// is compared modulo one day. Its tolerance includes a change to summer time, but is a small part of a day.
 Result<void> check_span(const std::string& path, const Findings& findings, Duration span) {
   constexpr double kRelativeTolerance = 0.02;
-  constexpr Duration kAbsoluteTolerance = std::chrono::minutes(1);
+  constexpr Duration kAbsoluteTolerance = std::chrono::minutes(1), kMaxClockTolerance = std::chrono::minutes(65);
+  const Duration period = findings.other_period;
   const auto agrees = [&](Duration other) {
     const Duration most = std::max(span, other);
-    return std::chrono::abs(span - other) <=
-           std::max(kAbsoluteTolerance, from_seconds(kRelativeTolerance * to_seconds(most)));
+    Duration tolerance = std::max(kAbsoluteTolerance, from_seconds(kRelativeTolerance * to_seconds(most)));
+    if (period > Duration{}) tolerance = std::min(tolerance, kMaxClockTolerance);
+    return find_difference(span, other, period) <= tolerance;
   };
   if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
   return failure(
       FaultKind::bad_file, path,
-      fmt::format("the rows span {} by the map's [time], but {} by column \"{}\"; expected the same, or other_clocks = "
-                  "\"ignore\" in [time]",
-                  format_duration(span), format_duration(findings.other_spans.front()), plain(findings.other_clock)));
+      fmt::format("the rows span {} by the map's [time], but {}{} by column \"{}\"; expected the same, or other_clocks "
+                  "= \"ignore\" in [time]",
+                  format_duration(span), format_duration(findings.other_spans.front()),
+                  period > Duration{} ? " and any number of days" : "", plain(findings.other_clock)));
 }
 
 /// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.

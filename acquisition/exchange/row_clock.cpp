@@ -152,11 +152,13 @@ void OtherClocks::report(Findings& findings) const {
   for (const Clock& clock : clocks_) {
     auto spans = possible_spans(clock);
     const auto first = parse_clock(clock.first), last = parse_clock(clock.last);
-    if (first && last) spans = {*last < *first ? *last + kDay - *first : *last - *first};
+    const bool is_time_of_day = first && last;
+    if (is_time_of_day) spans = {*last < *first ? *last + kDay - *first : *last - *first};
     std::erase_if(spans, [](Duration span) { return span <= Duration{}; });
     if (spans.empty()) continue;
     findings.other_clock = clock.name;
     findings.other_spans = spans;
+    findings.other_period = is_time_of_day ? kDay : Duration{};
     return;
   }
 }

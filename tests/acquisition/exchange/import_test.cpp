@@ -178,6 +178,48 @@ TEST(Import, AsksForUnitOfTimeIfRowsAreFarApart) {
   }
 }
 
+/// Returns the seconds as a time of day.
+std::string clock_text(int seconds) {
+  return fmt::format("{:02}:{:02}:{:02}", seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
+}
+
+/// A time of day is known only modulo one day.
+TEST(Import, ComparesTimesOfDayModuloOneDay) {
+  struct Case {
+    double hours{};
+    /// The number in the column of times per second, and the advance of the clock per second.
+    double unit = 1, rate = 1;
+    bool is_accepted{};
+  };
+  const TestFolder folder;
+  std::ofstream(folder / "small.toml") << kSmallMap;
+  const std::vector<Case> cases{
+      {.hours = 12, .is_accepted = true},   {.hours = 23.9, .is_accepted = true},
+      {.hours = 24, .is_accepted = true},   {.hours = 24.01, .is_accepted = true},
+      {.hours = 60, .is_accepted = true},   {.hours = 71.99, .is_accepted = true},
+      {.hours = 1000, .is_accepted = true}, {.hours = 8000, .rate = 1.00001, .is_accepted = true},
+      {.hours = 12, .unit = 1.0 / 60},      {.hours = 60, .unit = 1.0 / 60},
+      {.hours = 60, .unit = 0.001},         {.hours = 60, .unit = 1.1},
+      {.hours = 1000, .unit = 1.0 / 60},    {.hours = 1000, .rate = 1.01}};
+  for (const auto& [hours, unit, rate, is_accepted] : cases) {
+    SCOPED_TRACE(fmt::format("{} h, unit {}, rate {}", hours, unit, rate));
+    std::ofstream table(folder / "small.csv");
+    table << "Date,Time,t,T,w\n";
+    constexpr int kRows = 1500;
+    for (int row = 0; row <= kRows; ++row) {
+      const double s = hours * 3600 * row / kRows;
+      table << "day," << clock_text(30'000 + static_cast<int>(std::lround(rate * s))) << "," << unit * s << ","
+            << 20 + 0.01 * row << "," << row % 7 << "\n";
+    }
+    table.close();
+    const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.2.0");
+    EXPECT_EQ(summary.has_value(), is_accepted) << (summary ? "" : text(summary.error()));
+    if (!summary) EXPECT_NE(summary.error().what.find("any number of days"), std::string::npos) << summary.error().what;
+    std::filesystem::remove(folder / "run.db");
+    std::filesystem::remove(folder / "run.db.sha256");
+  }
+}
+
 TEST(Import, LeavesNoRecordWhenItFails) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;

@@ -163,8 +163,13 @@ void read_counted_time(const TomlTable& table, const std::string& unit, ImportMa
     map.week = read_column(table, map.header, "week");
   if (!table.has("wrap")) return;
   const double wrap = table.number("wrap");
-  if (!(wrap > 0)) return table.note_error("wrap", "expected the number at which the counter wraps around to 0");
-  map.wrap = counted_time(wrap, map.time_unit);
+  const auto counted_wrap = counted_time(wrap, map.time_unit);
+  const auto period = duration_between({}, counted_wrap);
+  if (!(wrap > 0) || (period && *period <= Duration{}))
+    return table.note_error("wrap", "expected the number at which the counter wraps around to 0");
+  if (!period)
+    return table.note_error("wrap", "expected a number of at most ten years; a longer counter needs no wrap");
+  map.wrap = counted_wrap;
 }
 
 void read_dated_time(const TomlTable& table, ImportMap& map) {

@@ -83,11 +83,13 @@ std::size_t count_left_out(const std::vector<double>& times_s) {
   return order.skipped_rows();
 }
 
-/// Returns the power of two at which a counter restarts; nothing if it does not. `unit_s` is its unit.
+/// Returns the power of two at which a counter restarts; nothing if it does not, or only after ten years. `unit_s` is
+/// its unit.
 std::optional<double> find_wrap(const Course& course, double unit_s) {
   if (course.back == 0 || !course.all_steps_back_equal) return std::nullopt;
   for (const int bits : {16, 24, 31, 32}) {
     const double most = std::ldexp(1, bits) * unit_s;
+    if (most > to_seconds(kLongestForeignTime)) break;
     if (course.first_back_s <= most && course.first_back_s > most - 3 * std::max(course.step_s, unit_s))
       return std::ldexp(1, bits);
   }

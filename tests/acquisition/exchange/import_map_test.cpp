@@ -210,6 +210,33 @@ TEST(ImportMap, RequiresAxisOfUnit) {
   EXPECT_NE(text(map.error()).find("column"), std::string::npos) << text(map.error());
 }
 
+TEST(ImportMap, LimitsWrapToTenYears) {
+  const auto map_with = [](const std::string& unit, const std::string& wrap) {
+    return parse_import_map(replace_once(kMap, "unit = \"ms\"", "unit = \"" + unit + "\"\nwrap = " + wrap), "m");
+  };
+  for (const auto& [unit, wrap] : {std::pair("us", "4294967296"),
+                                   {"ms", "4294967296"},
+                                   {"s", "65536.0"},
+                                   {"ns", "1"},
+                                   {"ns", "315532800000000000.0"},
+                                   {"d", "3652"},
+                                   {"h", "0.25"}})
+    EXPECT_TRUE(map_with(unit, wrap)) << unit << " " << wrap;
+  for (const auto& [unit, wrap] : {std::pair("us", "18446744073709551616.0"),
+                                   {"s", "4294967296"},
+                                   {"s", "1e300"},
+                                   {"d", "3653"},
+                                   {"ns", "1e-3"},
+                                   {"s", "0"},
+                                   {"s", "-1"}}) {
+    const auto map = map_with(unit, wrap);
+    ASSERT_FALSE(map) << unit << " " << wrap;
+    EXPECT_EQ(map.error().where.rfind("m:", 0), 0u) << text(map.error());
+    EXPECT_NE(map.error().what.find("wrap"), std::string::npos) << text(map.error());
+    EXPECT_NE(map.error().what.find("expected"), std::string::npos) << text(map.error());
+  }
+}
+
 TEST(ImportMap, AcceptsEveryShippedMap) {
   int maps = 0;
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/imports")) {

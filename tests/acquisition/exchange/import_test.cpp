@@ -208,8 +208,8 @@ TEST(Import, ComparesTimesOfDayModuloOneDay) {
     constexpr int kRows = 1500;
     for (int row = 0; row <= kRows; ++row) {
       const double s = hours * 3600 * row / kRows;
-      table << "day," << clock_text(30'000 + static_cast<int>(std::lround(rate * s))) << "," << unit * s << ","
-            << 20 + 0.01 * row << "," << row % 7 << "\n";
+      table << "day," << clock_text(30'000 + static_cast<int>(std::lround(rate * s))) << ","
+            << fmt::format("{}", unit * s) << "," << 20 + 0.01 * row << "," << row % 7 << "\n";
     }
     table.close();
     const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.2.0");

@@ -38,8 +38,8 @@ std::string_view strip_unit(std::string_view text, const std::vector<std::string
   for (const std::string& unit : units) {
     if (unit.empty() || text.size() <= unit.size() || !text.ends_with(unit)) continue;
     const auto number = trimmed(text.substr(0, text.size() - unit.size()));
-    if (kAllDigits.find(number.back()) != std::string_view::npos || number.back() == '.' || number.back() == ',')
-      return number;
+    constexpr std::string_view kLastCharacters = "0123456789.,";
+    if (!number.empty() && kLastCharacters.find(number.back()) != std::string_view::npos) return number;
   }
   return text;
 }
@@ -93,9 +93,11 @@ class TextTable {
         clock_(map),
         numbers_(columns_.size()),
         missing_(columns_.size()) {
-    for (const std::string& missing : map.missing)
-      if (const auto number = record::number_in(style_.normalise(missing, changed_)))
+    for (const std::string& missing : map.missing) {
+      missing_texts_.emplace_back(trimmed(missing));
+      if (const auto number = record::number_in(style_.normalise(missing_texts_.back(), changed_)))
         missing_numbers_.push_back(*number);
+    }
   }
 
   Result<Findings> read() {
@@ -263,7 +265,9 @@ class TextTable {
     return {};
   }
 
-  bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
+  bool is_missing(std::string_view text) const {
+    return std::ranges::find(missing_texts_, trimmed(text)) != missing_texts_.end();
+  }
 
   /// Returns the fault for a field that is not a number. The time of a row must not be missing.
   Fault not_a_number_fault(const Field& field, bool is_time) const {
@@ -305,7 +309,7 @@ class TextTable {
   Result<double> number_at(std::size_t i) {
     const Field& field = fields_[layout_.columns[i]];
     const auto text = trimmed(field.text);
-    if (!map_.missing.empty() && is_missing(text)) return kMissing;
+    if (!missing_texts_.empty() && is_missing(text)) return kMissing;
     if (const auto number = record::number_in(style_.normalise(text, changed_))) {
       const bool marks_missing = std::ranges::find(missing_numbers_, *number) != missing_numbers_.end();
       return marks_missing ? kMissing : *number;
@@ -420,6 +424,8 @@ class TextTable {
   RowClock clock_;
   std::vector<double> numbers_;
   std::vector<MissingTexts> missing_;
+  /// The texts that mark missing values, without blanks at their ends, and those of them that are numbers.
+  std::vector<std::string> missing_texts_{};
   std::vector<double> missing_numbers_{};
   std::vector<std::string> header_{};
   std::vector<Field> fields_{};

@@ -288,6 +288,22 @@ TEST(TextTable, TreatsMarkersAsMissingValues) {
   EXPECT_TRUE(read_rows("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
 }
 
+TEST(TextTable, IgnoresBlanksAroundMarkersOfMissingValues) {
+  ImportMap map = rate_map();
+  map.cell_units = {"°C", "C", ""};
+  for (const char* marker : {" °C", "°C", " °C\t", " ", "", "\t C", " - ", "C", "-999 °C"}) {
+    SCOPED_TRACE(marker);
+    map.missing = {marker};
+    const auto rows = read_rows(fmt::format("t,T,w\n0,20 °C,1\n1,{},2\n2,\"{}\",3\n", marker, marker), map, "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_TRUE(rows->columns[0][0] == 20 && std::isnan(rows->columns[0][1]) && std::isnan(rows->columns[0][2]));
+  }
+  map.missing.clear();
+  for (const char* field : {"\" °C\"", " °C ", "\"\t°C\"", "\"  C\""})
+    EXPECT_EQ(read_rows(fmt::format("t,T,w\n0,20,1\n1,{},2\n", field), map, "f").error().where.rfind("f:3:", 0), 0u)
+        << field;
+}
+
 TEST(TextTable, SuggestsDecimalCommaWhenMapCanHaveIt) {
   ImportMap map = rate_map();
   map.separator = ';';

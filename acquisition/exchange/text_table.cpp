@@ -184,8 +184,8 @@ class TextTable {
 
   Result<void> split_line() {
     auto parted = record::split_line(lines_.line(), map_.separator, fields_);
-    if (!parted) return failure(fault_at(std::stoul(parted.error().where), std::move(parted.error().what)));
-    return parted;
+    if (!parted) return failure(fault_at(parted.error().column, std::move(parted.error().what)));
+    return {};
   }
 
   Result<void> read_header() {

@@ -24,8 +24,12 @@ constexpr std::string_view kBlanks = " \t\r";
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
+tl::unexpected<LineFault> line_failure(std::size_t at, std::string what) {
+  return tl::unexpected(LineFault{at + 1, std::move(what)});
+}
+
 /// Parses the quoted field that begins at `from`. Returns the position after its closing quote.
-Result<std::size_t> take_quoted(std::string_view line, std::size_t from, std::vector<Field>& fields) {
+tl::expected<std::size_t, LineFault> take_quoted(std::string_view line, std::size_t from, std::vector<Field>& fields) {
   bool has_doubled_quotes = false;
   std::size_t close = line.find('"', from + 1);
   while (close != std::string_view::npos && close + 1 < line.size() && line[close + 1] == '"') {
@@ -33,37 +37,35 @@ Result<std::size_t> take_quoted(std::string_view line, std::size_t from, std::ve
     close = line.find('"', close + 2);
   }
   if (close == std::string_view::npos)
-    return failure(FaultKind::bad_file, std::to_string(from + 1),
-                   "a quote is not closed, expected \" before the end of the line");
+    return line_failure(from, "a quote is not closed, expected \" before the end of the line");
   fields.push_back({line.substr(from + 1, close - from - 1), from + 1, has_doubled_quotes});
   return close + 1;
 }
 
-tl::unexpected<Fault> text_after_quote_failure(std::size_t at) {
-  return failure(FaultKind::bad_file, std::to_string(at + 1), "text after a closing quote, expected a separator");
+tl::unexpected<LineFault> text_after_quote_failure(std::size_t at) {
+  return line_failure(at, "text after a closing quote, expected a separator");
 }
 
 /// Returns the position of the separator after a quoted field, or npos at the end of the line.
-Result<std::size_t> separator_after(std::string_view line, std::size_t quoted_end, char separator) {
+tl::expected<std::size_t, LineFault> separator_after(std::string_view line, std::size_t quoted_end, char separator) {
   const std::size_t next = line.find(separator, quoted_end);
   const std::string_view rest = line.substr(quoted_end, next == std::string_view::npos ? next : next - quoted_end);
   if (trimmed(rest).empty()) return next;
   return text_after_quote_failure(quoted_end);
 }
 
-tl::unexpected<Fault> too_many_fields_failure(std::size_t from) {
-  return failure(FaultKind::bad_file, std::to_string(from + 1),
-                 fmt::format("more than {} fields, expected fewer", kMaxFields));
+tl::unexpected<LineFault> too_many_fields_failure(std::size_t from) {
+  return line_failure(from, fmt::format("more than {} fields, expected fewer", kMaxFields));
 }
 
-Result<void> split_at_blanks(std::string_view line, std::vector<Field>& fields) {
+tl::expected<void, LineFault> split_at_blanks(std::string_view line, std::vector<Field>& fields) {
   std::size_t from = line.find_first_not_of(kBlanks);
   while (from != std::string_view::npos) {
     if (fields.size() == kMaxFields) return too_many_fields_failure(from);
     std::size_t to = from;
     if (line[from] == '"') {
       const auto end = take_quoted(line, from, fields);
-      if (!end) return failure(end.error());
+      if (!end) return tl::unexpected(end.error());
       if (*end < line.size() && !is_blank(line[*end])) return text_after_quote_failure(*end);
       to = *end;
     } else {
@@ -101,7 +103,7 @@ std::optional<double> number_in(std::string_view text) {
   return number;
 }
 
-Result<void> split_line(std::string_view line, char separator, std::vector<Field>& fields) {
+tl::expected<void, LineFault> split_line(std::string_view line, char separator, std::vector<Field>& fields) {
   fields.clear();
   if (separator == ' ') return split_at_blanks(line, fields);
   for (std::size_t from = 0;;) {
@@ -112,7 +114,7 @@ Result<void> split_line(std::string_view line, char separator, std::vector<Field
       const auto next = take_quoted(line, first, fields).and_then([&](std::size_t end) {
         return separator_after(line, end, separator);
       });
-      if (!next) return failure(next.error());
+      if (!next) return tl::unexpected(next.error());
       to = *next;
     } else {
       to = line.find(separator, from);
@@ -163,10 +165,8 @@ Result<void> LiveRows::read_line(std::string_view line) {
     comments_.emplace_back(trimmed(line.substr(1)));
     return {};
   }
-  if (auto parted = split_line(line, ',', fields_); !parted) {
-    parted.error().where = fmt::format("{}:{}:{}", source_, line_, parted.error().where);
-    return parted;
-  }
+  if (auto parted = split_line(line, ',', fields_); !parted)
+    return fault_at(parted.error().column, std::move(parted.error().what));
   return header_.empty() ? read_header() : read_row();
 }
 

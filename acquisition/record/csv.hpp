@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "core/result.hpp"
@@ -30,11 +31,17 @@ struct Field {
 /// Returns the text of a field, with each doubled quote replaced by one quote.
 [[nodiscard]] std::string unquote(const Field& field);
 
+/// The reason why a line cannot be split.
+struct LineFault {
+  std::size_t column{};  ///< byte of the line, from 1
+  std::string what;
+};
+
 /// Splits a line at `separator`. Fields may be in double quotes, in which `""` is a quote (RFC 4180), with blanks
 /// around them. If the separator is a blank, several blanks are one separator, and blanks at either end are ignored.
-/// Fails with bad_file (`where` is only the column) if a quote is not closed, if text follows a closing quote, or if
-/// there are more than kMaxFields.
-[[nodiscard]] Result<void> split_line(std::string_view line, char separator, std::vector<Field>& fields);
+/// Fails if a quote is not closed, if text follows a closing quote, or if there are more than kMaxFields.
+[[nodiscard]] tl::expected<void, LineFault> split_line(std::string_view line, char separator,
+                                                       std::vector<Field>& fields);
 
 /// Returns the text without blanks at either end.
 [[nodiscard]] std::string_view trimmed(std::string_view text);
@@ -43,10 +50,8 @@ struct Field {
 /// one.
 [[nodiscard]] std::optional<double> number_in(std::string_view text);
 
-// The reader for a numeric text table that arrives in pieces. The table has optional comment lines that begin with #, a
-// header, and rows with fields separated by commas.
-
-/// Reads a numeric text table that arrives in pieces.
+/// Reads a numeric text table that arrives in pieces. The table has optional comment lines that begin with #, a header,
+/// and rows with fields separated by commas.
 class LiveRows {
  public:
   /// Chooses the columns to read, and their order, from the header and the comments before it. The content of other

@@ -18,6 +18,25 @@ Fault read_fault(std::string_view text) {
   return read ? Fault{} : read.error();
 }
 
+TEST(SplitLine, ReportsColumnOfFault) {
+  struct Case {
+    std::string line;
+    char separator;
+    std::size_t column;
+  };
+  std::string wide = "\"a";
+  wide += std::string(70'000, 'x');
+  for (const auto& [line, separator, column] :
+       {Case{"a,\"b", ',', 3}, Case{"\"a\"b", ',', 4}, Case{"a;  \"b\"  c", ';', 8}, Case{"a \"b", ' ', 3},
+        Case{"\"a\"b", ' ', 4}, Case{wide, ',', 1}, Case{std::string(5000, ','), ',', 4097}}) {
+    std::vector<Field> fields;
+    const auto split = split_line(line, separator, fields);
+    ASSERT_FALSE(split) << line;
+    EXPECT_EQ(split.error().column, column) << line;
+    EXPECT_FALSE(split.error().what.empty());
+  }
+}
+
 TEST(LiveRows, DoNotDependOnPieces) {
   const std::string text =
       "\xEF\xBB\xBF"

@@ -19,6 +19,10 @@ namespace gyrotherm {
 /// Returns the text without the characters `blanks` at its start and end.
 [[nodiscard]] std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
 
+/// Returns the text with each `from`, which must not be empty, replaced by `to`. Occurrences are searched from left to
+/// right. They do not overlap, and the replacements are not searched.
+[[nodiscard]] std::string substitute(std::string_view text, std::string_view from, std::string_view to);
+
 /// Selects whether plain() escapes or keeps line ends and tabs.
 enum class Blanks { escaped, kept };
 

@@ -8,30 +8,21 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
 
-std::string replace_all(std::string_view text, std::string_view what, std::string_view with) {
-  std::string result;
-  for (auto at = text.find(what); at != std::string_view::npos; at = text.find(what)) {
-    result.append(text.substr(0, at)).append(with);
-    text.remove_prefix(at + what.size());
-  }
-  return result.append(text);
-}
-
 }  // namespace
 
 std::string xml_characters(std::string_view text) {
-  std::string safe = replace_all(replace_all(text, "\r\n", "\n"), "\r", "\n");
+  std::string safe = substitute(substitute(text, "\r\n", "\n"), "\r", "\n");
   safe = plain(safe, Blanks::kept);
-  for (const char* forbidden : {"\uFFFE", "\uFFFF"}) safe = replace_all(safe, forbidden, "\uFFFD");
+  for (const char* forbidden : {"\uFFFE", "\uFFFF"}) safe = substitute(safe, forbidden, "\uFFFD");
   return std::string(trimmed(safe, kBlanks));
 }
 
 std::string escaped_text(std::string_view text) {
-  return replace_all(replace_all(replace_all(text, "&", "&amp;"), "<", "&lt;"), ">", "&gt;");
+  return substitute(substitute(substitute(text, "&", "&amp;"), "<", "&lt;"), ">", "&gt;");
 }
 
 std::string escaped_attribute(std::string_view text) {
-  return replace_all(replace_all(replace_all(escaped_text(text), "\"", "&quot;"), "\n", " "), "\t", " ");
+  return substitute(substitute(substitute(escaped_text(text), "\"", "&quot;"), "\n", " "), "\t", " ");
 }
 
 bool is_base64(std::string_view text) {

@@ -29,11 +29,6 @@ bool is_plain(std::string_view text, const NumberStyle& style) {
          static_cast<unsigned char>(text.front()) < 0x80;
 }
 
-void replace_all(std::string& text, std::string_view what, std::string_view with) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
-    text.replace(at, what.size(), with);
-}
-
 std::string_view strip_unit(std::string_view text, const std::vector<std::string>& units) {
   for (const std::string& unit : units) {
     if (unit.empty() || text.size() <= unit.size() || !text.ends_with(unit)) continue;
@@ -479,10 +474,8 @@ std::string_view NumberStyle::normalise(std::string_view text, std::string& chan
   if (is_plain(text, *this) || text.empty()) return text;
   changed = strip_unit(text, units);
   if (static_cast<unsigned char>(changed.front()) >= 0x80 || thousands == ' ') {
-    replace_all(changed, kMinusSign, "-");
-    replace_all(changed, kEnDash, "-");
-    replace_all(changed, kNoBreakSpace, " ");
-    replace_all(changed, kNarrowSpace, " ");
+    for (const auto minus : {kMinusSign, kEnDash}) changed = substitute(changed, minus, "-");
+    for (const auto blank : {kNoBreakSpace, kNarrowSpace}) changed = substitute(changed, blank, " ");
   }
   if (changed.starts_with("- ")) changed.erase(1, 1);
   if (thousands != 0) {

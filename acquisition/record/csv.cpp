@@ -79,11 +79,7 @@ tl::expected<void, LineFault> split_at_blanks(std::string_view line, std::vector
 
 }  // namespace
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t from = text.find_first_not_of(kBlanks);
-  if (from == std::string_view::npos) return {};
-  return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
-}
+std::string_view trimmed(std::string_view text) { return gyrotherm::trimmed(text, kBlanks); }
 
 std::string unquote(const Field& field) {
   if (!field.has_doubled_quotes) return std::string(field.text);

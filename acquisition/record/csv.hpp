@@ -43,7 +43,7 @@ struct LineFault {
 [[nodiscard]] tl::expected<void, LineFault> split_line(std::string_view line, char separator,
                                                        std::vector<Field>& fields);
 
-/// Returns the text without blanks at either end.
+/// Returns the text without blanks, tabs and carriage returns at its start and end.
 [[nodiscard]] std::string_view trimmed(std::string_view text);
 
 /// Parses the whole text as a finite number with a decimal point and an optional sign. Returns nothing if it is not

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cstddef>
 
+#include "core/text.hpp"
+
 namespace gyrotherm::model {
 namespace {
 
@@ -29,12 +31,6 @@ std::string format_braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::
     line += number.size() + 2;
   }
   return text + "}";
-}
-
-void replace_all(std::string& text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != text.npos; at = text.find(from, at + 1)) {
-    text.replace(at, from.size(), to);
-  }
 }
 
 }  // namespace
@@ -97,9 +93,9 @@ std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMa
 std::string c_comment(std::string_view text) {
   std::string safe;
   for (const char c : text) safe += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
-  replace_all(safe, "*/", "* /");
-  replace_all(safe, "/*", "/ *");
-  replace_all(safe, "??", "? ?");
+  safe = substitute(substitute(safe, "*/", "* /"), "/*", "/ *");
+  // Pairs of question marks overlap: the first pass leaves one in "???", and the second pass leaves none.
+  for (int pass = 0; pass < 2; ++pass) safe = substitute(safe, "??", "? ?");
   if (safe.ends_with('\\')) safe += ' ';
   return safe;
 }

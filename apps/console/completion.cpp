@@ -12,22 +12,16 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/command_info.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
-/// Replaces each `from` in the text by `to`.
-std::string replace_all(std::string text, std::string_view from, std::string_view to) {
-  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
-
 /// Quotes text for bash and zsh.
-std::string quote_for_shell(const std::string& text) { return "'" + replace_all(text, "'", "'\\''") + "'"; }
+std::string quote_for_shell(const std::string& text) { return "'" + substitute(text, "'", "'\\''") + "'"; }
 /// Quotes text for fish.
 std::string quote_for_fish(const std::string& text) {
-  return "'" + replace_all(replace_all(text, "\\", "\\\\"), "'", "\\'") + "'";
+  return "'" + substitute(substitute(text, "\\", "\\\\"), "'", "\\'") + "'";
 }
 
 std::string join_words(const std::vector<std::string>& words, const char* by = " ") {
@@ -39,7 +33,7 @@ std::string join_words(const std::vector<std::string>& words, const char* by = "
 std::string function_name(const CommandInfo& command, const char* prefix = "_") {
   std::string name = prefix + command.program;
   for (const auto& part : command.path) name += "__" + part;
-  return replace_all(name, "-", "_");
+  return substitute(name, "-", "_");
 }
 
 std::vector<std::string> list_names(const std::vector<CommandInfo>& commands) {
@@ -176,7 +170,7 @@ complete -F FUNCTION PROGRAM
 /// Shortens a description for a list and removes characters that are special to _arguments.
 std::string zsh_text(const std::string& description) {
   auto text = short_description(description);
-  for (const char* special : {"[", "]", ":", "\\"}) text = replace_all(text, special, "");
+  for (const char* special : {"[", "]", ":", "\\"}) text = substitute(text, special, "");
   return text;
 }
 
@@ -311,8 +305,8 @@ complete -c PROGRAM -f
 )fish";
 
 std::string fill_template(std::string_view text, const CommandInfo& program, const char* prefix) {
-  return replace_all(replace_all(std::string(text), "FUNCTION", function_name(program, prefix)), "PROGRAM",
-                     program.program);
+  return substitute(substitute(std::string(text), "FUNCTION", function_name(program, prefix)), "PROGRAM",
+                    program.program);
 }
 
 std::string bash_completion(const CommandInfo& program) {
@@ -323,8 +317,7 @@ std::string bash_completion(const CommandInfo& program) {
                          quote_for_shell(join_words(list_names(command.options))));
     offers += bash_cases(command);
   });
-  return replace_all(replace_all(fill_template(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ",
-                     offers + "  ");
+  return substitute(substitute(fill_template(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ", offers + "  ");
 }
 
 std::string zsh_completion(const CommandInfo& program) {
@@ -341,7 +334,7 @@ std::string fish_completion(const CommandInfo& program) {
     if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + quote_for_fish(join_words(command.path));
     lines += fish_completions(command, function);
   });
-  return replace_all(fill_template(kFish, program, "__"), "PATHS", paths) + lines;
+  return substitute(fill_template(kFish, program, "__"), "PATHS", paths) + lines;
 }
 
 struct CompletionArguments {

@@ -9,6 +9,17 @@
 namespace gyrotherm {
 namespace {
 
+TEST(Substitute, ReplacesEachOccurrenceOnce) {
+  struct Case {
+    const char *text, *from, *to, *expected;
+  };
+  for (const auto& [text, from, to, expected] :
+       {Case{"", "a", "b", ""}, Case{"abc", "x", "y", "abc"}, Case{"aaa", "a", "", ""},
+        Case{"aaa", "a", "aa", "aaaaaa"}, Case{"aaa", "aa", "b", "ba"}, Case{"a-b-", "-", "--", "a--b--"},
+        Case{"x", "x", "yxz", "yxz"}, Case{"it's", "'", "'\\''", "it'\\''s"}, Case{"−1 − 2", "−", "-", "-1 - 2"}})
+    EXPECT_EQ(substitute(text, from, to), expected) << text;
+}
+
 TEST(PlainText, KeepsLettersOfAnyScript) {
   for (const std::string text :
        {"", "Watlow F4T 4.2", "−40 … 80 °C ± 0,3 K", "室温", "Ωμέγα \xF0\x9F\x8C\xA1", "a\\x1b"})

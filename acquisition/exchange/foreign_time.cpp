@@ -146,11 +146,15 @@ struct Date {
   }
 };
 
-/// Returns the time of a date. Returns nothing if the date does not exist or is outside the range of a record.
+/// Returns the time of a date. Returns nothing if the date does not exist or is outside the range of a record. The
+/// types of the library have only 8 bits for a month and a day, so their ranges are checked here.
 std::optional<CivilTime> make_civil_time(const Date& given, Duration of_day) {
-  constexpr int kFirstYear = 1970, kLastYear = 2115;
+  constexpr int kFirstYear = 1970, kLastYear = 2115, kMonths = 12, kMaxDays = 31;
+  if (given.year < kFirstYear || given.year > kLastYear || given.month < 1 || given.month > kMonths || given.day < 1 ||
+      given.day > kMaxDays)
+    return std::nullopt;
   const auto date = given.to_gregorian();
-  if (given.year < kFirstYear || given.year > kLastYear || !date.ok()) return std::nullopt;
+  if (!date.ok()) return std::nullopt;
   return CivilTime{.reading = std::chrono::sys_days(date).time_since_epoch() + of_day};
 }
 

@@ -21,6 +21,22 @@ using std::chrono::hours, std::chrono::microseconds, std::chrono::milliseconds, 
 
 constexpr Duration kNanosecond(1);
 
+TEST(LocalTime, RefusesMonthsAndDaysOutsideCalendar) {
+  std::size_t count = 0;
+  for (const int wrong : {0, 32, 99, 256, 257, 260, 268, 513, 65537, 2147483647})
+    for (const auto& text : {fmt::format("2026/{}/05 08:00", wrong), fmt::format("2026/03/{} 08:00", wrong),
+                             fmt::format("2026-Mar-{} 08:00", wrong), fmt::format("Sun Mar {} 08:00:10 2026", wrong),
+                             fmt::format("{}.03.2026 08:00", wrong), fmt::format("03/{}/2026 08:00", wrong),
+                             fmt::format("Mar {}, 2026 08:00", wrong), fmt::format("2026-03-{:02} 08:00", wrong)})
+      for (const auto order : {DateOrder::year_first, DateOrder::day_first, DateOrder::month_first}) {
+        EXPECT_FALSE(parse_local_time(text, order)) << text;
+        ++count;
+      }
+  EXPECT_EQ(count, 240u);
+  EXPECT_TRUE(parse_local_time("2026/12/31 08:00", DateOrder::year_first));
+  EXPECT_TRUE(parse_local_time("2026-Mar-31 08:00", DateOrder::year_first));
+}
+
 TEST(CountedTime, KeepsEveryNanosecondOfDecimalNumber) {
   struct Case {
     const char* text;

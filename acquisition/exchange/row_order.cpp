@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "acquisition/exchange/channel_summary.hpp"
+#include "acquisition/record/row.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -73,6 +74,11 @@ Result<void> RowOrder::push(const ForeignRow& row) {
     }
     moved.time += moved_;
     if (moved.utc) *moved.utc += moved_;
+    if (moved.time > kLongestForeignTime || (moved.utc && !record::is_possible_time(*moved.utc)))
+      return failure(FaultKind::bad_file, "",
+                     fmt::format("the time is more than ten years after the first row or after 2116, because the clock "
+                                 "was set back {} times; expected out_of_order = \"skip\" in [time]",
+                                 set_back_));
     if (last_ && !is_after(moved.time, *last_)) return failure(out_of_order(map_, *last_ - moved.time, row.utc));
     return pass_on(moved);
   }

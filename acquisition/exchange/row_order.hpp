@@ -33,7 +33,8 @@ class RowOrder {
   /// - skip: drops the fewest rows such that the remaining rows of each window of 33 rows are in order. Adds the
   ///   increments of a dropped row, and their counting time, to the next row.
   /// - continue: shifts the times of the row and of all later rows, such that the row follows its predecessor at the
-  ///   last spacing.
+  ///   last spacing. Fails with bad_file, without a position, if the row is then more than ten years after the first
+  ///   one or after 2116.
   /// Fails as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   [[nodiscard]] Result<void> finish();

@@ -98,6 +98,25 @@ TEST(RowOrder, ContinuesAfterClockWasSetBack) {
   }
 }
 
+TEST(RowOrder, LimitsShiftOfClockThatIsOftenSetBack) {
+  constexpr double kYear_s = 365.25 * 86400;
+  for (const double forward_s : {9.9 * kYear_s, 2 * kYear_s, 0.5 * kYear_s}) {
+    std::vector<double> times;
+    for (int i = 0; i < 60; ++i) times.insert(times.end(), {0., 1., forward_s});
+    const auto rows = read_rows(make_table(times), map_with(OutOfOrder::shift), "f");
+    ASSERT_FALSE(rows) << forward_s;
+    EXPECT_EQ(rows.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(rows.error().where.rfind("f:", 0), 0u) << text(rows.error());
+  }
+  ImportMap dated = map_with(OutOfOrder::shift);
+  dated.time_form = TimeForm::civil;
+  std::string table = "t,T,w\n";
+  for (int i = 0; i < 3; ++i) table += "2115-01-01T00:00:00Z,20,1\n2115-12-30T00:00:00Z,20,1\n";
+  const auto rows = read_rows(table, dated, "f");
+  ASSERT_FALSE(rows);
+  EXPECT_EQ(rows.error().where, "f:4:1");
+}
+
 TEST(RowOrder, SuggestsRemedyFromLengthOfStep) {
   const auto said = [](const ImportMap& map, Duration back) { return out_of_order(map, back, {}).what; };
   ImportMap micros = rate_map(), civil = rate_map();

@@ -46,7 +46,8 @@ std::optional<LogColumn> parse_log_column(std::string_view name) {
   unsigned instance = 0;
   if (const std::size_t bracket = message.find('['); bracket != std::string_view::npos && message.ends_with(']')) {
     const char* end = message.data() + message.size() - 1;
-    if (const auto read = std::from_chars(message.data() + bracket + 1, end, instance); read.ptr != end)
+    if (const auto read = std::from_chars(message.data() + bracket + 1, end, instance);
+        read.ptr != end || read.ec != std::errc())
       return std::nullopt;
     message = message.substr(0, bracket);
   }
@@ -201,6 +202,10 @@ Result<void> LogReading::finish(const std::string& file) const {
         FaultKind::bad_file, file,
         "the log ends, expected at least one message with the map's columns" +
             (damaged_ > 0 ? fmt::format("; {} have an impossible time or are cut short", damaged_) : std::string()));
+  if (map_ != nullptr && damaged_ > rows_)
+    return failure(FaultKind::bad_file, file,
+                   fmt::format("{} messages have an impossible time or are cut short, more than the {} that do not",
+                               damaged_, rows_));
   return {};
 }
 

@@ -75,7 +75,8 @@ class LogReading {
   /// several messages and the map does not combine them, and as TakeRow does.
   [[nodiscard]] Result<void> take(std::size_t series, std::string_view message, const std::string& file,
                                   std::uint64_t at);
-  /// Fails with bad_file if the log lacks a column of the map, or has no usable message with such columns.
+  /// Fails with bad_file if the log lacks a column of the map, has no usable message with such columns, or has more
+  /// damaged ones than usable ones.
   [[nodiscard]] Result<void> finish(const std::string& file) const;
 
   /// Returns whether the map has a column of messages with this name.

@@ -52,9 +52,10 @@ std::optional<DeclaredField> parse_declared(std::string_view text) {
   DeclaredField field{.type = std::string(text.substr(0, blank)), .name = std::string(text.substr(blank + 1))};
   const std::size_t bracket = field.type.find('[');
   if (bracket == std::string::npos) return field;
+  if (!field.type.ends_with(']')) return std::nullopt;
   const char* end = field.type.data() + field.type.size() - 1;
   const auto read = std::from_chars(field.type.data() + bracket + 1, end, field.count);
-  if (*end != ']' || read.ptr != end || read.ec != std::errc() || field.count == 0 || field.count > kLargestMessage)
+  if (read.ptr != end || read.ec != std::errc() || field.count == 0 || field.count > kLargestMessage)
     return std::nullopt;
   field.is_array = true;
   field.type.resize(bracket);

@@ -15,10 +15,10 @@
 namespace gyrotherm::exchange {
 
 /// Passes on a row for each message with a column of the map; columns of other messages are NaN. The time is
-/// `timestamp` of the message. Notes report a log that ends within a message, drop-outs, and messages of an unknown
-/// kind. Fails with bad_file if the file is not a ULog file, is incompatible, or lacks a column of the map (the fault
-/// lists the existing columns). Also fails with bad_file if the columns come from several messages and the map does not
-/// combine rows. Fails as `take` does.
+/// `timestamp` of the message. Notes report a log that ends within a message, drop-outs, damaged messages and skipped
+/// bytes, and messages of an unknown kind. Fails with bad_file if the file is not a ULog file, is incompatible, or
+/// lacks a column of the map (the fault lists the existing columns). Also fails with bad_file if the columns come from
+/// several messages and the map does not combine rows. Fails as `take` does.
 [[nodiscard]] Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
 /// Returns every column of a log with at least one message, in order of its series.

@@ -186,6 +186,38 @@ TEST(Ulog, SkipsAndReportsDamage) {
                    "1 messages are damaged and were left out", "the log ends within a message, 5 bytes of it"}));
 }
 
+/// The time of the first message decides whether times are counted since 1970.
+TEST(Ulog, RefusesLogIfFirstTimeContradictsOthers) {
+  constexpr std::uint64_t kSince1970_us = 1'772'352'000'000'000;
+  for (const bool is_first_since_1970 : {true, false})
+    for (const unsigned others : {1u, 2u, 100u}) {
+      UlogText log = two_series();
+      log.data(0, gyro(is_first_since_1970 ? kSince1970_us : 5'000'000, 1, 30));
+      for (unsigned i = 0; i < others; ++i)
+        log.data(0, gyro(1'000'000ull * (6 + i) + (is_first_since_1970 ? 0 : kSince1970_us), 1, 30));
+      const auto rows = read_rows(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+      EXPECT_EQ(rows.has_value(), others == 1) << others;
+      if (!rows) EXPECT_NE(rows.error().what.find("impossible time"), std::string::npos) << text(rows.error());
+    }
+}
+
+TEST(Ulog, RefusesMalformedArrays) {
+  for (const char* type : {"[", "float[", "float[3", "[]", "float[]", "float[0]", "float[-1]",
+                           "float[99999999999999999999]", "float[3]]", "float[[3]"}) {
+    UlogText log;
+    log.format(fmt::format("path:uint64_t timestamp;{} x;", type)).subscribe(3, "path");
+    log.data(3, little(std::uint64_t{1000}) + std::string(40, '\0'));
+    EXPECT_FALSE(read_rows(log.text(), ulog_map("path.x", "path.x"), "f")) << type;
+  }
+}
+
+TEST(LogColumn, RequiresInstanceNumber) {
+  EXPECT_EQ(parse_log_column("sensor_gyro[4294967295].x")->instance, 4294967295u);
+  for (const char* name : {"sensor_gyro[4294967296].x", "sensor_gyro[99999999999].x", "sensor_gyro[].x", "[].x",
+                           "sensor_gyro[-1].x", "sensor_gyro[1 ].x"})
+    EXPECT_FALSE(parse_log_column(name)) << name;
+}
+
 /// Returns a log of 200 messages and the position of each.
 std::pair<std::string, std::vector<std::size_t>> long_log() {
   UlogText log = two_series();

@@ -457,14 +457,15 @@ void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers
   std::ranges::sort(sample.missing);
 }
 
-/// Reads the rows of a LabVIEW measurement file. Rows may lack the column "Comment".
-bool sample_lvm(const std::vector<Line>& lines, TableSample& sample) {
+/// Adds the rows of a LabVIEW measurement file to an empty sample. Rows may lack the column "Comment". Returns nothing
+/// if the lines are not such a file, or none of its rows can be read.
+std::optional<TableSample> sample_lvm(const std::vector<Line>& lines, TableSample sample) {
   std::vector<std::string_view> texts;
   for (const Line& line : lines) texts.emplace_back(line.text);
   const auto layout = find_lvm_layout(texts);
-  if (!layout) return false;
+  if (!layout) return std::nullopt;
   const auto names = split_fields(lines[layout->names].text, layout->separator);
-  if (!names || names->size() < 2) return false;
+  if (!names || names->size() < 2) return std::nullopt;
   sample.is_lvm = true;
   sample.separator = layout->separator;
   sample.names = *names;
@@ -487,7 +488,7 @@ bool sample_lvm(const std::vector<Line>& lines, TableSample& sample) {
     numbers.push_back(lines[row].number);
   }
   keep_good_rows(sample, numbers);
-  return !sample.rows.empty();
+  return sample.rows.empty() ? std::nullopt : std::optional(std::move(sample));
 }
 
 }  // namespace
@@ -532,7 +533,7 @@ Result<TableSample> sample_table(Bytes bytes) {
   TableSample sample;
   auto lines = read_sample_lines(std::move(bytes), sample);
   if (!lines) return failure(lines.error());
-  if (sample_lvm(*lines, sample)) return sample;
+  if (auto lvm = sample_lvm(*lines, sample)) return std::move(*lvm);
   const auto comments = take_comments(*lines, sample);
   for (const Line& comment : comments)
     sample.comments.emplace_back(trimmed(comment.text.substr(sample.comment.size())));

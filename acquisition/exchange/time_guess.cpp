@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -21,6 +22,12 @@ namespace gyrotherm::exchange {
 namespace {
 
 constexpr double kDay_s = 86400;
+
+/// Converts seconds to a duration. A magnitude of more than a hundred years becomes a hundred years.
+Duration to_limited_duration(double time_s) {
+  constexpr double kLongest_s = to_seconds(std::chrono::years(100));
+  return from_seconds(std::clamp(time_s, -kLongest_s, kLongest_s));
+}
 
 double unit_seconds(std::string_view unit) {
   if (unit == "ns") return 1e-9;
@@ -78,7 +85,7 @@ std::size_t count_left_out(const std::vector<double>& times_s) {
   map.out_of_order = OutOfOrder::skip;
   map.every = kSecond;
   RowOrder order(map, [](const ForeignRow&) { return Result<void>(); });
-  for (const double time : times_s) (void)order.push({.time = from_seconds(time - times_s.front())});
+  for (const double time : times_s) (void)order.push({.time = to_limited_duration(time - times_s.front())});
   (void)order.finish();
   return order.skipped_rows();
 }
@@ -349,7 +356,7 @@ std::string time_unit_questions(const TableSample& sample, std::size_t column, c
   for (const auto& unit : units)
     text += fmt::format("# unit = \"{}\"        # column {} then spans {}; which line is correct?\n", unit,
                         toml_text(sample.column_name(column)),
-                        format_duration(from_seconds((*greatest - *least) * unit_seconds(unit))));
+                        format_duration(to_limited_duration((*greatest - *least) * unit_seconds(unit))));
   return text;
 }
 
@@ -374,7 +381,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
       const auto [least, greatest] = std::ranges::minmax_element(times);
       guess.text +=
           fmt::format("# The rows are then {:.3g} s apart and span {}; is this right?\n", step * unit_seconds(unit),
-                      format_duration(from_seconds((*greatest - *least) * unit_seconds(unit))));
+                      format_duration(to_limited_duration((*greatest - *least) * unit_seconds(unit))));
     }
     guess.text += course_lines(convert_to_seconds(times, unit_seconds(unit)), counts ? unit_seconds(unit) : 0);
     return guess;

@@ -477,6 +477,35 @@ TEST(Guess, AsksForMissingGyro) {
   EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;
 }
 
+/// The names below the header are fewer than the fields of every row, so the file is read like any other table.
+TEST(Guess, ReadsTableWhoseLabViewHeaderDoesNotFit) {
+  for (const char* names : {"X_Value\tComment", "X_Value\tBlock", "X_Value\tBlock\tComment"})
+    for (const int columns : {5, 40}) {
+      std::string text =
+          fmt::format("LabVIEW Measurement\nSeparator\tTab\nY_Unit_Label\tDeg C\n***End_of_Header***\n{}\n", names);
+      for (int row = 0; row < 30; ++row) {
+        text += fmt::format("{}", row);
+        for (int column = 1; column < columns; ++column) text += fmt::format("\t{}", (7 * row + column) % 11);
+        text += "\n";
+      }
+      const auto map = guess_map_from_bytes(text, "folder/file.lvm");
+      ASSERT_TRUE(map) << gyrotherm::text(map.error());
+      EXPECT_NE(map->find("header = false\nskip = 5"), std::string::npos) << *map;
+      EXPECT_EQ(map->find("segment"), std::string::npos) << *map;
+      EXPECT_EQ(map->find("damaged"), std::string::npos) << *map;
+    }
+}
+
+TEST(Guess, AcceptsTimesOfAnySize) {
+  for (const char* name : {"Time [s]", "time", "millis", "t [d]", "x"})
+    for (const char* wild : {"1e300", "-1e300", "1.7e308", "99999999999999999999", "-1.7e308"}) {
+      std::string text = fmt::format("{},T [°C],gyro [deg/h]\n", name);
+      for (int row = 0; row < 60; ++row)
+        text += fmt::format("{},{},{}\n", row % 20 == 7 ? wild : fmt::format("{}", 2 * row), 20 + 0.1 * row, row % 7);
+      EXPECT_TRUE(guess_map_from_bytes(text, "folder/file.csv")) << name << " " << wild;
+    }
+}
+
 /// Properties of a LabVIEW measurement file.
 struct Lvm {
   char decimal = '.';

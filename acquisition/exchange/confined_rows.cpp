@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "acquisition/exchange/foreign_time.hpp"
+#include "acquisition/record/row.hpp"
 #include "core/child_process.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
@@ -163,6 +165,9 @@ class RowReader {
         std::memcpy(numbers_.data(), content_.data() + at + sizeof head, numbers_.size() * sizeof(double));
       ForeignRow row{.time = Duration(head.time_ns), .numbers = numbers_};
       if (head.has_utc != 0) row.utc = Duration(head.utc_ns);
+      if (row.time < -kLongestForeignTime || row.time > kLongestForeignTime ||
+          (row.utc && !record::is_possible_time(*row.utc)))
+        return malformed_message();
       auto taken = take_(row);
       if (!taken && taken.error().where.empty()) taken.error().where = fmt::format("{}: row {}", path_, row_);
       if (!taken) return taken;

@@ -27,8 +27,7 @@ IncrementColumns::IncrementColumns(const ImportMap& map)
       columns_[interval] = {.is_summed = true, .interval = interval};
       unit_intervals_[unit] = interval++;
     }
-    for (std::size_t i = 0; i < map.units[unit].axes.size(); ++i)
-      columns_[axis++] = {.is_summed = true, .interval = unit_intervals_[unit]};
+    for (std::size_t i = 0; i < axes; ++i) columns_[axis++] = {.is_summed = true, .interval = unit_intervals_[unit]};
   }
 }
 
@@ -44,7 +43,7 @@ Result<void> IncrementColumns::check(std::span<double> numbers) const {
     const double seconds = numbers[*interval];
     if (std::isnan(seconds)) {
       numbers[i] = record::kMissing;
-    } else if (!(seconds <= kLongestCountingTime_s) || from_seconds(seconds) <= Duration{}) {
+    } else if (!(seconds > 0 && seconds <= kLongestCountingTime_s) || from_seconds(seconds) == Duration{}) {
       return failure(FaultKind::bad_file, "",
                      fmt::format("the counting time in column {} is {:g} s, expected a time longer than zero and at "
                                  "most ten years",

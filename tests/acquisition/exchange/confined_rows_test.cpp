@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <vector>
 
 #include "core/file.hpp"
@@ -68,6 +69,34 @@ TEST(ConfinedRows, EqualRowsOfReader) {
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(count, 100'000u);
   EXPECT_EQ(sum, 99'999.0 * 50'000 - 50'000);
+}
+
+/// A damaged file may corrupt the memory of the reader.
+TEST(ConfinedRows, RefuseImpossibleTimes) {
+  constexpr Duration kLeast = Duration::min(), kGreatest = Duration::max(), kYears = std::chrono::hours(24 * 3653);
+  struct Case {
+    Duration time{};
+    std::optional<Duration> utc{};
+    bool is_accepted{};
+  };
+  for (const auto& [time, utc, is_accepted] :
+       {Case{kLeast, {}, false}, Case{kGreatest, {}, false}, Case{kYears, {}, false}, Case{-kYears, {}, false},
+        Case{Duration(0), kLeast, false}, Case{Duration(0), kGreatest, false}, Case{Duration(0), Duration(-1), false},
+        Case{std::chrono::hours(-1), Duration(0), true}, Case{std::chrono::hours(24 * 3652), {}, true}}) {
+    int rows = 0;
+    const auto read = read_with(
+        [&](const TakeRow& take, const Step&) {
+          const std::vector<double> numbers{1, 2};
+          return take({.time = time, .utc = utc, .numbers = numbers});
+        },
+        [&](const ForeignRow&) {
+          ++rows;
+          return Result<void>();
+        });
+    EXPECT_EQ(read.has_value(), is_accepted) << time.count();
+    EXPECT_EQ(rows, is_accepted ? 1 : 0);
+    if (!read) EXPECT_EQ(read.error().where, "a.nc");
+  }
 }
 
 TEST(ConfinedRows, PassOnFaultsOfReaderAndTaker) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/row_order.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -73,6 +74,15 @@ TEST(RowOrder, AddsCountingTimesOfRowsLeftOut) {
   }
   EXPECT_EQ(increments, 15);
   EXPECT_EQ(seconds, 1.875);
+}
+
+TEST(RowOrder, RefusesImpossibleCountingTimes) {
+  ImportMap map = map_with(OutOfOrder::refuse, true);
+  map.interval_columns = {ColumnName{"s"}};
+  for (const char* wrong : {"0", "-1", "-1e300", "1e300", "1e-12", "-1e10", "3.2e8"})
+    EXPECT_EQ(read_rows(fmt::format("t,T,w,s\n0,20,1,0.5\n1,20,2,{}\n", wrong), map, "f").error().where, "f:3:1")
+        << wrong;
+  EXPECT_TRUE(read_rows("t,T,w,s\n0,20,1,0.5\n1,20,2,3.1e8\n", map, "f"));
 }
 
 TEST(RowOrder, AddsIncrementsOfEqualTimesWhenRowsAreCombined) {

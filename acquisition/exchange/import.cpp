@@ -83,8 +83,10 @@ Result<void> check_every(Duration every, Duration usual, std::size_t rows) {
 }
 
 /// Reads a file and passes on the rows of the record. Messages of a log may be out of order within a stretch, so they
-/// are passed directly to the grouping. Other rows are put in order first.
-Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, FileResults& file) {
+/// are passed directly to the grouping. Other rows are put in order first. `name` is the file's name in faults of rows
+/// that were held back until the end of the file.
+Result<void> read_foreign(const ReadRows& read, const std::string& name, const ImportMap& map, const TakeImported& take,
+                          FileResults& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   const bool skips_ordering = is_log && in_stretches;
@@ -109,11 +111,11 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
     return order.push({row.time, row.utc, numbers});
   });
   if (!findings) return failure(findings.error());
-  const auto finished =
-      order.finish().and_then([&] { return spacing.finish(); }).and_then([&] { return grouping.finish(); });
+  auto finished = order.finish().and_then([&] { return spacing.finish(); }).and_then([&] { return grouping.finish(); });
+  if (!finished && finished.error().where.empty()) finished.error().where = name;
   if (!finished) return finished;
   if (2 * order.skipped_rows() > file.rows)
-    return failure(FaultKind::bad_file, "",
+    return failure(FaultKind::bad_file, name,
                    fmt::format("the times go back in {} of {} rows, so most rows would be left out; sort the rows by "
                                "time, or check unit and order of [time]",
                                order.skipped_rows(), file.rows));
@@ -130,7 +132,7 @@ Result<void> read_path(const std::string& path, const ImportMap& map, const Take
     auto bytes = Bytes::open(path);
     return bytes ? read_by_format(std::move(*bytes), map, row) : failure(bytes.error());
   };
-  return read_foreign(read, map, take, file);
+  return read_foreign(read, path, map, take, file);
 }
 
 /// Describes the import as a run. Its id depends only on the file and the map.
@@ -393,8 +395,8 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
 Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                 const TakeImported& take) {
   FileResults file(map);
-  return read_foreign([&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); }, map, take, file)
-      .map([&] { return file.findings.notes; });
+  const auto read = [&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); };
+  return read_foreign(read, name, map, take, file).map([&] { return file.findings.notes; });
 }
 
 Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take) {

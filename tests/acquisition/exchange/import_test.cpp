@@ -130,6 +130,7 @@ TEST(Import, RefusesRowsInReverseOrder) {
   rows.close();
   const auto refused = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
   ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().where, folder / "small.csv");
   EXPECT_NE(refused.error().what.find("the times go back in 99 of 100 rows"), std::string::npos)
       << text(refused.error());
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
@@ -309,7 +310,9 @@ TEST(Import, RefusesEveryBelowSpacingOfRows) {
     std::ofstream(folder / "small.csv") << table;
     const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.2.0");
     EXPECT_EQ(summary.has_value(), is_accepted) << (summary ? "" : text(summary.error()));
-    if (!summary) EXPECT_EQ(summary.error().kind, FaultKind::bad_file);
+    if (summary) continue;
+    EXPECT_EQ(summary.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(summary.error().where, folder / "small.csv");
   }
 }
 

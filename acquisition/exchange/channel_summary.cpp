@@ -199,7 +199,8 @@ bool ChannelTally::is_error_value(const Column& column, double value) {
   return is_known_sentinel(value) || is_known_sentinel((value - column.offset) / column.scale);
 }
 
-/// Searches both ends of the values for a step that separates a few distinct numbers from all others.
+/// Examines both ends of the values for a few numbers that are far from all others. Fails with bad_file if they are
+/// temperatures and either a known error value or at least 40 K away; otherwise adds a note.
 Result<void> ChannelTally::check_isolated(const Column& column, const std::string& file, Notes& notes) const {
   constexpr double kMinGap_k = 20, kErrorGap_k = 40, kMinSentinelGap_k = 10, kMaxShare = 0.2, kRangeMultiple = 50;
   constexpr std::size_t kMinValues = 20;

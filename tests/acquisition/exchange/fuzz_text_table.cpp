@@ -20,9 +20,11 @@ ImportMap choose_map(std::uint8_t choice) {
   map.header = (choice & 4) != 0;
   map.skip = (choice & 8) != 0 ? 1 : 0;
   map.comment = (choice & 16) != 0 ? "%" : "";
+  map.leaves_out_damaged = (choice & 16) != 0;
   map.missing = {"", "x"};
   if ((choice & 32) != 0) map.time = ColumnName{"a", 1};
-  map.time_form = (choice & 128) != 0 ? TimeForm::civil : TimeForm::number;
+  map.time_form = (choice & 128) == 0 ? TimeForm::number : (choice & 8) != 0 ? TimeForm::clock : TimeForm::civil;
+  if ((choice & 64) != 0) map.wrap = CountedTime{65, Duration(536'000'000)};
   map.time_unit = std::chrono::milliseconds(1);
   if (!map.time) map.interval = std::chrono::seconds(1);
   if ((choice & 64) != 0) map.every = std::chrono::seconds(2);

@@ -61,6 +61,7 @@ class TableWriter {
          ", " + time.name + ", step " + fmt::format("{}", step_s) + ", " + temperature.name + ", " + rate.name);
     write_header(time, thermometers, axes, temperature, rate);
     write_rows(time, rows, step_s, thermometers, axes, temperature, rate);
+    damage_first_rows();
     return std::move(table_);
   }
 
@@ -213,14 +214,28 @@ class TableWriter {
     header_ = joined(titles);
   }
 
-  /// Adds a line that cannot be read.
-  void add_damage(const std::string& line) {
-    ++table_.damaged;
+  /// Returns a line that cannot be read.
+  std::string damaged_line(const std::string& line) {
     switch (random_() % 4) {
-      case 0: table_.text += line.substr(0, line.find(separator_) + 1) + "\n"; break;
-      case 1: table_.text += header_ + "\n"; break;
-      case 2: table_.text += std::string(1 + random_() % 300, '\0') + "\n"; break;
-      default: table_.text += line + line + "\n"; break;
+      case 0: return line.substr(0, line.find(separator_) + 1) + "\n";
+      case 1: return header_ + "\n";
+      case 2: return std::string(1 + random_() % 300, '\0') + "\n";
+      default: return line + line + "\n";
+    }
+  }
+
+  /// Adds unreadable lines before and among the first rows.
+  void damage_first_rows() {
+    constexpr std::size_t kFirstRows = 6;
+    table_.damaged_text = table_.text;
+    table_.damaged_in_text = table_.damaged;
+    for (std::size_t row = kFirstRows; row-- > 0;) {
+      if (row > 0 && chance(2)) continue;
+      const auto& later = lines_[lines_.size() / 2 + random_() % 20].text;
+      const auto cells = trails_ ? later.substr(0, later.size() - 1) : later;
+      const auto damage = chance(2) ? damaged_line(later) : cells + "#\n";
+      table_.damaged_text.insert(lines_[row].at, damage);
+      ++table_.damaged_in_text;
     }
   }
 
@@ -246,7 +261,11 @@ class TableWriter {
         cells.push_back(
             cell(base + 0.1 * static_cast<double>(a) + uniform(), rate, 8, table_.rates_deg_per_h[a], has_minus));
       const auto line = joined(cells) + (trails_ ? std::string(1, separator_) : "");
-      if (damage > 0 && i > 10 && i % (rows / (damage + 1)) == 0 && table_.damaged < damage) add_damage(line);
+      if (damage > 0 && i > 10 && i % (rows / (damage + 1)) == 0 && table_.damaged < damage) {
+        table_.text += damaged_line(line);
+        ++table_.damaged;
+      }
+      lines_.push_back({table_.text.size(), line});
       table_.text += line + "\n";
     }
   }
@@ -268,6 +287,11 @@ class TableWriter {
   RandomTable table_{};
   char separator_ = ',', decimal_ = '.';
   std::string marker_{}, header_{};
+  struct Line {
+    std::size_t at{};  ///< first byte in the text
+    std::string text{};
+  };
+  std::vector<Line> lines_{};  ///< readable rows
   int digits_{};
   double start_s_{};
   bool cell_units_ = false, trails_ = false;

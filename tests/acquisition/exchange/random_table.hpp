@@ -22,6 +22,10 @@ struct RandomTable {
   std::optional<double> started_utc_s{};
   /// The number of unreadable lines.
   std::size_t damaged{};
+  /// The same table with more unreadable lines before and among its first rows, and the number of all its unreadable
+  /// lines. Some of the lines have the time of a much later row.
+  std::string damaged_text{};
+  std::size_t damaged_in_text{};
 };
 
 [[nodiscard]] RandomTable random_table(std::uint64_t seed);

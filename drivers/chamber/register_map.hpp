@@ -375,6 +375,8 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 /// Returns whether a regular expression is found in `text`.
 [[nodiscard]] bool fits_expression(const std::string& expression, const std::string& text);
 
+/// Returns the noun for an item of this kind of unit in messages: "item" or "register".
+[[nodiscard]] const char* item_kind(const RegisterMap& map);
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.
 [[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                                   const std::string& name);
@@ -391,7 +393,8 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory);
 /// Returns whether the map has a command that stops the chamber.
 [[nodiscard]] bool can_stop(const RegisterMap& map);
 
-/// Reads { register, is | is_not | bits | above }.
+/// Reads { register, is | is_not | bits | above }. Notes an error for a condition that would never or always hold
+/// because its keys exclude each other.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

@@ -27,8 +27,6 @@ struct ItemDefaults {
 
 constexpr double kFinestOfFloat = 0.001;
 
-/// Returns the name of an item of this kind of unit in messages.
-const char* item_kind(const RegisterMap& map) { return map.text_link ? "item" : "register"; }
 /// Assumed resolution if the number of decimals is read from the controller.
 constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
@@ -489,42 +487,6 @@ constexpr auto kActivities = make_vocabulary<ChamberActivity::off, ChamberActivi
     "door_open", "emergency_stop", "power_failure", "unknown");
 constexpr auto kSeverities = make_vocabulary<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
-std::vector<std::int64_t> collect_codes(const RegisterItem& item) {
-  std::vector<std::int64_t> all;
-  for (const auto& [name, codes] : item.codes) all.insert(all.end(), codes.begin(), codes.end());
-  return all;
-}
-
-/// Adds the codes or bits of one meaning of the item.
-void add_meaning(const TomlTable& table, const char* key, const RegisterMap& map, const RegisterItem& item,
-                 const std::string& meaning, Condition& condition) {
-  if (const auto codes = item.codes.find(meaning); codes != item.codes.end()) {
-    condition.codes.insert(condition.codes.end(), codes->second.begin(), codes->second.end());
-  } else if (const auto flag = item.flags.find(meaning); flag != item.flags.end()) {
-    condition.bits |= 1U << flag->second;
-  } else if (!meaning.empty() && meaning == item.otherwise) {
-    condition.codes = collect_codes(item);
-    condition.not_these = true;
-  } else {
-    table.note_error(key, describe_unknown_code(map, item, meaning));
-  }
-}
-
-std::vector<std::string> read_one_or_more(const TomlTable& table, const char* key) {
-  if (table.is_list(key)) return table.texts(key);
-  return {table.text(key)};
-}
-
-void read_numbers(const TomlTable& table, Condition& condition) {
-  for (const double bit : table.numbers("bits")) {
-    if (bit < 0 || bit > 31)
-      table.note_error("bits", fmt::format("bit {} is outside 0 to 31", bit));
-    else
-      condition.bits |= 1U << static_cast<unsigned>(bit);
-  }
-  if (table.has("above")) condition.above = table.number("above");
-}
-
 ItemDefaults read_item_defaults(const TomlTable& link, std::optional<WordOrder> word_order) {
   ItemDefaults defaults;
   defaults.order = one_of(kWordOrders, link, "word_order", "abcd");
@@ -692,53 +654,13 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory) {
       table.note_error("steps_at_most", "the last step does not fit below address 65536");
 }
 
+const char* item_kind(const RegisterMap& map) { return map.text_link ? "item" : "register"; }
+
 const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                     const std::string& name) {
   const auto* item = map.find(name);
   if (!item) table.note_error(key, fmt::format("no {} is named \"{}\"", item_kind(map), name));
   return item;
-}
-
-std::string describe_unknown_code(const RegisterMap& map, const RegisterItem& item, const std::string& name) {
-  std::vector<std::string> names;
-  for (const auto& [code, numbers] : item.codes) names.push_back(code);
-  for (const auto& [flag, bit] : item.flags) names.push_back(flag);
-  if (!item.otherwise.empty()) names.push_back(item.otherwise);
-  const auto* what = item.codes.empty() && !item.flags.empty() ? "flag" : "code";
-  const auto known =
-      names.empty() ? fmt::format("it has no {}s", what) : fmt::format("expected one of: {}", fmt::join(names, ", "));
-  return fmt::format("{} \"{}\" has no {} named \"{}\"; {}", item_kind(map), item.name, what, name, known);
-}
-
-std::optional<double> find_code(const RegisterItem& item, const std::string& meaning) {
-  if (const auto code = item.codes.find(meaning); code != item.codes.end() && !code->second.empty())
-    return static_cast<double>(code->second.front());
-  if (const auto flag = item.flags.find(meaning); flag != item.flags.end())
-    return static_cast<double>(std::uint32_t{1} << flag->second);
-  return std::nullopt;
-}
-
-Condition read_condition(const TomlTable& table, const RegisterMap& map) {
-  Condition condition;
-  condition.item = table.text(item_key(table));
-  const auto* item = find_named_item(map, table, item_key(table), condition.item);
-  const bool is_negated = table.has("is_not");
-  const char* key = is_negated ? "is_not" : "is";
-  if (table.has(key)) condition.meanings = read_one_or_more(table, key);
-  if (item && !item->readable && item->type == RegisterType::text)
-    table.note_error(item_key(table), fmt::format("{} \"{}\" is not a number", item_kind(map), item->name));
-  for (const auto& meaning : condition.meanings)
-    if (item) add_meaning(table, key, map, *item, meaning, condition);
-  if (is_negated) condition.not_these = !condition.not_these;
-  read_numbers(table, condition);
-  if (const int bits = item ? count_bits(map, *item) : kBitsOfAnyItem; (std::uint64_t{condition.bits} >> bits) != 0)
-    table.note_error("bits", fmt::format("the field of \"{}\" has the bits 0 to {}", item->name, bits - 1));
-  const bool has_condition = !condition.meanings.empty() || condition.bits != 0 || condition.above;
-  if (!has_condition && item && !item->flags.empty())
-    for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
-  else if (!has_condition)
-    table.note_error("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
-  return condition;
 }
 
 Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,

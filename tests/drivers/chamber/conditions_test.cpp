@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/file.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_registers.hpp"
+#include "drivers/line/pauses.hpp"
+#include "tests/support/fakes.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// A CTS chamber on TCP at 20 °C that reports one error.
+class CtsWithError final : public ByteStream {
+ public:
+  explicit CtsWithError(char error) : error_(error) {}
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration) override {
+    if (coming_.empty()) return failure(FaultKind::timeout, "cts", "nothing came");
+    const auto bytes = std::exchange(coming_, "");
+    std::ranges::copy(std::as_bytes(std::span(bytes)), buffer.begin());
+    return bytes.size();
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    coming_ = line == "U1" ? "U1 999.9 999.9" : line == "A0" ? "A0 020.0 020.0" : std::string("S10100000") + error_;
+    return {};
+  }
+
+ private:
+  char error_;
+  std::string coming_;
+};
+
+RegisterMap cts_map() {
+  const auto file = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/cts.toml");
+  return parse_register_map(file.value(), "cts.toml").value();
+}
+
+TEST(Conditions, EachGraveErrorOfCtsStopsRun) {
+  const auto map = cts_map();
+  const std::set<char> grave{'1', '2', '3', '4', '5', '6'};
+  int stops = 0, warnings = 0, silent = 0;
+  for (int byte = 0; byte < 0x7F; ++byte) {
+    const auto error = static_cast<char>(byte);
+    auto registers = make_text_registers(map, std::make_unique<CtsWithError>(error), "cts");
+    const auto state = make_modbus_chamber(map, std::move(registers), make_virtual_pauses(), {})->inspect();
+    ASSERT_TRUE(state) << byte << ": " << text(state.error());
+    const bool is_warning = byte >= 1 && byte <= 6, is_none = byte == 0 || error == '0';
+    EXPECT_EQ(state->must_stop, !is_warning && !is_none) << byte;
+    EXPECT_EQ(state->alarms.size(), is_none ? 0u : 1u) << byte;
+    stops += state->must_stop && grave.contains(error) ? 1 : 0;
+    warnings += is_warning && !state->must_stop ? 1 : 0;
+    silent += is_none ? 1 : 0;
+  }
+  EXPECT_EQ(stops, 6);
+  EXPECT_EQ(warnings, 6);
+  EXPECT_EQ(silent, 2);
+}
+
+TEST(Conditions, NamedErrorsOfCtsFitTheirRules) {
+  const auto map = cts_map();
+  const auto& item = *map.find("error_number");
+  int named = 0;
+  for (const auto& [name, codes] : item.codes)
+    for (const auto code : codes) {
+      const auto fitting = std::ranges::count_if(map.alarms, [&](const AlarmRule& rule) {
+        return rule.when.item == item.name && holds(rule.when, static_cast<double>(code));
+      });
+      EXPECT_EQ(fitting, name == "none" ? 0 : 1) << name;
+      ++named;
+    }
+  EXPECT_EQ(named, 14);
+}
+
+constexpr const char* kRegisterMap = R"(schema = "gyrotherm-chamber/1"
+name = "n"
+vendor = "v"
+source = "s"
+[[register]]
+name = "air_temperature"
+address = 10
+type = "s16"
+[[register]]
+name = "set_point"
+address = 300
+type = "s16"
+access = "rw"
+[[register]]
+name = "state"
+address = 9
+type = "u16"
+)";
+
+constexpr const char* kLineMap = R"(schema = "gyrotherm-text/1"
+kind = "chamber"
+name = "n"
+vendor = "v"
+source = "s"
+[link]
+question_end = "\n"
+answer_end = "\n"
+[link.tcp]
+port = 10001
+[[item]]
+name = "air_temperature"
+ask = "T?"
+answer = "{value:f.1}"
+[[item]]
+name = "set_point"
+ask = "S?"
+answer = "{value:f.1}"
+tell = "S{value:f.1}"
+acknowledged = "OK"
+[[item]]
+name = "state"
+ask = "M?"
+)";
+
+/// Returns a map of registers whose register "state" has these keys, with an alarm under the condition.
+std::string with_rule(const std::string& keys, const std::string& condition) {
+  return kRegisterMap + keys + "\n[[alarm]]\nregister = \"state\"\n" + condition + "\n";
+}
+/// Returns a map of lines likewise, whose item "state" is a whole number.
+std::string with_line_rule(const std::string& keys, const std::string& condition) {
+  return kLineMap + std::string("answer = \"{value:d}\"\n") + keys + "\n[[alarm]]\nitem = \"state\"\n" + condition +
+         "\n";
+}
+
+/// Returns the values from 0 to 9 that satisfy the condition, in both kinds of map.
+std::string find_fitting(const std::string& keys, const std::string& condition) {
+  std::string all;
+  for (const auto& file : {with_rule(keys, condition), with_line_rule(keys, condition)}) {
+    const auto map = parse_register_map(file, "map.toml");
+    EXPECT_TRUE(map) << condition << ": " << text(map.error());
+    if (!map) return "refused";
+    std::string values;
+    for (int value = 0; value < 10; ++value)
+      if (holds(map->alarms.front().when, value)) values += static_cast<char>('0' + value);
+    EXPECT_TRUE(all.empty() || values == all) << condition << ": " << values << " and " << all;
+    all = values;
+  }
+  return all;
+}
+
+/// Returns the error of each kind of map, one below the other.
+std::string find_errors(const std::string& keys, const std::string& condition) {
+  std::string errors;
+  for (const auto& file : {with_rule(keys, condition), with_line_rule(keys, condition)})
+    if (const auto map = parse_register_map(file, "map.toml"); !map) errors += text(map.error()) + "\n";
+  return errors;
+}
+
+TEST(Conditions, ListHoldsForEachNameAndForOtherValues) {
+  const std::string keys = "codes = { none = 0, water = [1, 2], limiter = 5, fan = 6 }\notherwise = \"unlisted\"";
+  const std::pair<const char*, const char*> cases[] = {
+      {R"("unlisted")", "34789"},
+      {R"(["limiter", "fan", "unlisted"])", "3456789"},
+      {R"(["unlisted", "limiter", "fan"])", "3456789"},
+      {R"(["limiter", "unlisted", "water"])", "12345789"},
+      {R"(["limiter", "fan"])", "56"},
+      {R"(["none", "water", "limiter", "fan", "unlisted"])", "0123456789"}};
+  for (const auto& [names, fitting] : cases) {
+    EXPECT_EQ(find_fitting(keys, std::string("is = ") + names), fitting);
+    std::string others;
+    for (char value = '0'; value <= '9'; ++value)
+      if (std::string(fitting).find(value) == std::string::npos) others += value;
+    EXPECT_EQ(find_fitting(keys, std::string("is_not = ") + names), others);
+  }
+}
+
+TEST(Conditions, NameOfCodeMayBeThatOfOtherValues) {
+  const std::string keys = "codes = { good = [0, 1], bad = 4 }\notherwise = \"bad\"";
+  EXPECT_EQ(find_fitting(keys, "is = \"bad\""), "23456789");
+  EXPECT_EQ(find_fitting(keys, "is_not = \"bad\""), "01");
+  EXPECT_EQ(find_fitting(keys, "is = [\"bad\", \"good\"]"), "0123456789");
+}
+
+TEST(Conditions, RefuseFlagsWithNameOfOtherValues) {
+  const std::string keys = "codes = { idle = 0 }\nflags = { door = 3, fan = 4 }\notherwise = \"busy\"";
+  for (const auto* names : {R"(["door", "busy"])", R"(["busy", "fan"])", R"(["idle", "busy", "door"])"})
+    for (const auto* key : {"is", "is_not"}) {
+      const auto errors = find_errors(keys, std::string(key) + " = " + names);
+      EXPECT_EQ(errors.find("map.toml:"), 0u) << errors;
+      EXPECT_NE(errors.find("write a condition for the flags and another for \"busy\""), std::string::npos) << errors;
+      EXPECT_NE(errors.find("map.toml:", 1), std::string::npos) << "both kinds of map: " << errors;
+    }
+  EXPECT_EQ(find_errors(keys, "is = \"busy\""), "");
+  EXPECT_EQ(find_errors(keys, "is = [\"door\", \"idle\"]"), "");
+}
+
+TEST(Conditions, RefuseNameOfOtherValuesWithoutCodes) {
+  for (const auto* keys : {"otherwise = \"bad\"", "flags = { fan = 2 }\notherwise = \"bad\""}) {
+    const auto errors = find_errors(keys, "is = \"bad\"");
+    EXPECT_NE(errors.find("\"state\" has no codes; name the values that are not \"bad\""), std::string::npos) << errors;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

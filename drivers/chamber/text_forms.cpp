@@ -41,6 +41,7 @@ std::optional<FormRange> find_form_range(const FieldForm& form, bool has_sign) {
 
 /// Converts the text of a code to the number that the field reads.
 std::optional<std::int64_t> read_code_number(const FieldForm& form, const std::string& text) {
+  if (text.starts_with("+-")) return std::nullopt;
   std::int64_t number = 0;
   const auto* begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const auto* end = text.data() + text.size();

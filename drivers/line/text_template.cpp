@@ -27,9 +27,10 @@ tl::unexpected<Fault> template_fault(std::string what) { return failure(FaultKin
 
 /// Reads digits at the start of `text` and removes them. Returns nothing if there are none or the number is too large.
 std::optional<int> take_number(std::string_view& text, int most) {
+  if (text.empty() || !is_digit(text.front())) return std::nullopt;  // no sign
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || value < 0 || value > most) return std::nullopt;
+  if (error != std::errc{} || value > most) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return value;
 }
@@ -486,9 +487,11 @@ class TextTemplate::Matcher {
     auto from = skip_blanks(at);
     if (size > line_.size() || from >= size) return std::nullopt;
     if (form.has_sign && line_[from] != '+' && line_[from] != '-') return std::nullopt;
-    if (line_[from] == '+') ++from;
-    const auto first = from < size && line_[from] == '-' ? from + 1 : from;
-    if (first >= size || !is_digit(line_[first])) return std::nullopt;  // "inf" and "nan" are no numbers
+    const bool has_plus = line_[from] == '+';
+    if (has_plus) ++from;
+    const auto first = !has_plus && line_[from] == '-' ? from + 1 : from;
+    // "+-5", "inf" and "nan" are no numbers.
+    if (first >= size || !is_digit(line_[first])) return std::nullopt;
     const auto* end = line_.data() + size;
     const auto* begin = line_.data() + from;
     double value = 0;

@@ -684,6 +684,9 @@ TEST(TextMap, RefusesCodesThatFieldCannotProduce) {
   expect("s", "codes = { on = 1 }", "is never the number 1");
   expect("s2", "flags = { on = 1 }", "expected a whole number for flags");
   expect("d", "codes = { on = \"ON\" }", "is never the text \"ON\"");
+  expect("d", "codes = { on = \"+-5\" }", "is never the text \"+-5\"");
+  expect("x2", "codes = { on = \"+-5\" }", "is never the text \"+-5\"");
+  expect("d", "codes = { on = \"+\" }", "is never the text \"+\"");
   for (const auto& [form, keys] :
        {std::pair("x2", "flags = { fatal = 7 }"), std::pair("x2", "codes = { on = 255 }"),
         std::pair("x2", "codes = { on = 127, off = -128 }"), std::pair("x2", "[[alarm]]\nitem = \"other\"\nbits = [7]"),

@@ -207,6 +207,17 @@ TEST(TextTemplate, ReadsColumnsOfNumbersWithoutLiterals) {
   EXPECT_EQ(number(parse("[{a:d2}]{b:d2}").match("0712").value(), "a"), 7);
 }
 
+TEST(TextTemplate, RejectsNumbersWithTwoSigns) {
+  for (const auto* form : {"{a:f}", "{a:f.1}", "{a:+f.1}", "{a:f06.1}x", "{a:d}", "{a:+d}", "{a:d5}x", "{a:f*2,}"})
+    for (const auto* line :
+         {"+-25.0", "-+25.0", "++25.0", "--25.0", "+-25", "+ 25", "- 25", "+", "-", "+-", "+-25.0x", "+-025x", "1,+-2"})
+      EXPECT_FALSE(parse(form).match(line)) << form << " " << line;
+  EXPECT_EQ(number(parse("{a:f.1}").match("+25.0").value(), "a"), 25);
+  EXPECT_EQ(number(parse("{a:+d}").match("-25").value(), "a"), -25);
+  for (const auto* wrong : {"{a:f.-0}", "{a:f5.-0}", "{a:f*-0,}", "{a:f.+1}"})
+    EXPECT_FALSE(TextTemplate::parse(wrong, TextEncoding::ascii)) << wrong;
+}
+
 TEST(TextTemplate, RefusesNumbersWithoutEnd) {
   for (const auto* wrong : {"{a:d}{b:d2}", "{a:f.1}{b:d2}", "{a:f}{b:x2}", "{a:d}{b:b8}", "{a:d}0", "{a:d}[{b:d2}]",
                             "[{a:d}]{b:d2}", "{a:d}[C]{b:d}", "{a:f*2,}{b:d}", "{a:d}[ {b:d}]5"}) {

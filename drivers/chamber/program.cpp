@@ -30,10 +30,10 @@ bool has_guaranteed_soak(const ProfileMemory& memory) {
 }
 
 /// Splits a step into parts that the memory can store. The duration of each part is a multiple of the memory's
-/// resolution.
+/// resolution, and does not exceed its longest step.
 void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vector<ProgramStep>& parts) {
-  const auto count =
-      std::max<std::int64_t>(1, (step.duration + memory.longest_step - Duration(1)) / memory.longest_step);
+  const auto longest = memory.longest_step / memory.finest * memory.finest;
+  const auto count = std::max<std::int64_t>(1, (step.duration + longest - Duration(1)) / longest);
   const auto change = step.target - step.start;
   Duration done{};
   for (std::int64_t i = 1; i <= count; ++i) {
@@ -53,6 +53,12 @@ void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vec
 double code(const MemoryCell& cell, const char* meaning) {
   const auto found = cell.form.codes.find(meaning);
   return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
+}
+
+/// Returns the rate of a step in K/min. An end step without a duration has the rate 0.
+double rate(const ProgramStep& step) {
+  if (step.duration <= Duration{}) return 0;
+  return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
 }
 
 const char* keyword(StepKind kind) { return keyword_for(kStepKinds, kind); }
@@ -83,7 +89,7 @@ struct Content {
       // The header may contain the start of the first step.
       case CellSource::start: return index < 0 ? steps.front().start.value : step.start.value;
       case CellSource::target: return step.target.value;
-      case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
+      case CellSource::rate: return rate(step);
       case CellSource::hours: return static_cast<double>(step.duration / hours(1));
       case CellSource::minutes: return static_cast<double>(step.duration / minutes(1) % 60);
       case CellSource::seconds: return static_cast<double>(step.duration / seconds(1) % 60);

@@ -117,6 +117,80 @@ TEST(ProgramMemory, SplitsLongStep) {
   EXPECT_EQ((*steps)[2].target, Celsius{50});
 }
 
+TEST(ProgramMemory, PartsAreNotLongerThanLongestStepThatIsNoMultiple) {
+  auto memory = *shipped("watlow_f4t").memory;
+  memory.finest = minutes(1);
+  int programs = 0;
+  for (const auto longest : {seconds(599), seconds(90), seconds(119), seconds(61), seconds(600)})
+    for (const auto whole : {minutes(1), minutes(10), minutes(19), minutes(29)}) {
+      memory.longest_step = longest;
+      memory.steps_at_most = 40;
+      const ChamberProgram program{
+          .name = "P", .number = 1, .soak_band = {}, .steps = {{StepKind::ramp, {20}, {50}, whole, false}}};
+      const auto steps = steps_in_memory(memory, program);
+      ASSERT_TRUE(steps) << text(steps.error());
+      Duration sum{};
+      for (const auto& step : *steps) {
+        if (step.kind == StepKind::end) continue;
+        EXPECT_LE(step.duration, Duration(longest));
+        EXPECT_GT(step.duration, Duration{});
+        EXPECT_EQ(step.duration % Duration(minutes(1)), Duration{});
+        sum += step.duration;
+      }
+      EXPECT_EQ(sum, Duration(whole));
+      ++programs;
+    }
+  EXPECT_EQ(programs, 20);
+}
+
+constexpr const char* kMapWithRates = R"(schema = "gyrotherm-chamber/1"
+name = "n"
+vendor = "v"
+source = "s"
+[[register]]
+name = "air_temperature"
+address = 10
+type = "s16"
+[[register]]
+name = "set_point"
+address = 300
+type = "s16"
+access = "rw"
+[profile_memory]
+steps_at_most = 9
+longest_step = "10 h"
+end_step = true
+ramps_by = "rate"
+stride = 10
+[[profile_memory.step]]
+address = 1000
+cell = [
+  { holds = "target", type = "s16" },
+  { at = 1, holds = "rate", type = "TYPE", scale = 0.1, order = "abcd" },
+  { at = 5, holds = "total_seconds", type = "u32" },
+]
+)";
+
+TEST(ProgramMemory, EndStepWithoutTimeHasRateZero) {
+  for (const std::string type : {"u16", "f32", "f64"}) {
+    std::string file = kMapWithRates;
+    file.replace(file.find("TYPE"), 4, type);
+    const auto map = parse_register_map(file, "map.toml");
+    ASSERT_TRUE(map) << text(map.error());
+    const ChamberProgram program{
+        .name = "P", .number = 1, .soak_band = {}, .steps = {{StepKind::ramp, {20}, {50}, minutes(10), false}}};
+    const auto writes = encode_program(*map->memory, program, {});
+    ASSERT_TRUE(writes) << type << ": " << text(writes.error());
+    ASSERT_EQ(writes->size(), 2u);
+    const auto& rate = map->memory->step.at(0).cells.at(1);
+    const auto found = [&](std::size_t step) {
+      return decode_as_written(rate.form, std::span(writes->at(step).words).subspan(rate.at, word_count(rate.form)));
+    };
+    EXPECT_NEAR(found(0), 3, 1e-6) << type;
+    EXPECT_EQ(found(1), 0) << type;
+  }
+}
+
 TEST(ProgramMemory, RefusesProgramThatDoesNotFit) {
   const auto ezt = shipped("csz_ezt570i"), binder = shipped("binder_mb2");
   const auto program = [](std::size_t steps, Duration time, bool guaranteed) {

@@ -80,6 +80,7 @@ struct FrameView {
 
 constexpr double kMaxTime = 9.2e18;  // below 2^63
 
+/// Returns the lower 32 bits of a status, those that the masks of its rules can select.
 std::uint32_t status_bits(const RawValue& raw) { return static_cast<std::uint32_t>(raw.whole); }
 
 void apply_status(const FrameField& field, std::uint32_t status, GyroFrame& frame) {
@@ -151,10 +152,10 @@ bool is_rejected(const FrameFormat& format, const FrameView& view) {
   return false;
 }
 
-/// Decodes a frame into `frame`, whose lists have the size of the format's, and every scaled field into `all`, in the
-/// format's order.
+/// Decodes a frame into `frame`, whose lists have the size of the format's, and in the format's order every scaled
+/// field into `all` and the bits of every status into `statuses`.
 void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& frame,
-                  std::vector<std::optional<double>>& all) {
+                  std::vector<std::optional<double>>& all, std::vector<std::optional<std::uint32_t>>& statuses) {
   std::fill(frame.axes.begin(), frame.axes.end(), AxisReading{});
   std::fill(frame.values.begin(), frame.values.end(), std::nullopt);
   frame.id = view.id;
@@ -164,12 +165,15 @@ void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& f
   frame.flagged = false;
   const auto sequence = find_sequence(format, view);
   all.assign(format.fields.size(), std::nullopt);
+  statuses.assign(format.fields.size(), std::nullopt);
   for (std::size_t i = 0; i < format.fields.size(); ++i) {
     const auto& field = format.fields[i];
     if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
     const auto raw = find_raw(field, view);
     if (!raw) continue;
-    all[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : apply_scale(field, *raw);
+    const bool is_status = field.role == FieldRole::status;
+    all[i] = is_status ? raw->number(is_signed(field.type)) : apply_scale(field, *raw);
+    if (is_status) statuses[i] = status_bits(*raw);
     store_field(field, *raw, *all[i], frame);
   }
 }
@@ -292,7 +296,7 @@ const GyroFrame* FrameDecoder::take_bytes() {
     is_locked_ = true;
     sequence_ = sequence;
     begin_ += found.view.bytes.size();
-    decode_frame(format_, found.view, frame_, values_);
+    decode_frame(format_, found.view, frame_, values_, statuses_);
     return &frame_;
   }
   return nullptr;
@@ -312,39 +316,31 @@ const GyroFrame* FrameDecoder::take_line() {
     begin_ += fits ? size : 0;
     is_locked_ = true;
     if (!fits) continue;
-    decode_frame(format_, view, frame_, values_);
+    decode_frame(format_, view, frame_, values_, statuses_);
     return &frame_;
   }
   if (unread().size() > line.longest) reject(unread().size() - line.longest);
   return nullptr;
 }
 
-namespace {
-
-std::uint32_t status_from(double value) {
-  return value >= 0 && value < 4294967296.0 ? static_cast<std::uint32_t>(value) : 0xFFFFFFFF;
-}
-
-}  // namespace
-
 std::vector<std::string> FrameDecoder::broken_rules() const {
   std::vector<std::string> found;
-  for (std::size_t i = 0; i < values_.size(); ++i) {
-    if (!values_[i] || format_.fields[i].role != FieldRole::status) continue;
+  for (std::size_t i = 0; i < statuses_.size(); ++i) {
+    if (!statuses_[i]) continue;
     for (const auto& rule : format_.fields[i].rules)
-      if (!is_satisfied(rule, status_from(*values_[i]))) found.push_back(rule.meaning);
+      if (!is_satisfied(rule, *statuses_[i])) found.push_back(rule.meaning);
   }
   return found;
 }
 
 std::optional<std::vector<std::string>> FrameDecoder::differing_settings() const {
   std::optional<std::vector<std::string>> found;
-  for (std::size_t i = 0; has_settings_ && i < values_.size(); ++i) {
-    if (!values_[i]) continue;
+  for (std::size_t i = 0; has_settings_ && i < statuses_.size(); ++i) {
+    if (!statuses_[i]) continue;
     for (const auto& rule : format_.fields[i].rules) {
       if (rule.verdict != StatusMeaning::mismatch) continue;
       if (!found) found.emplace();
-      if (!is_satisfied(rule, status_from(*values_[i]))) found->push_back(rule.meaning);
+      if (!is_satisfied(rule, *statuses_[i])) found->push_back(rule.meaning);
     }
   }
   return found;

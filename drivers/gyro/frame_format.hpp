@@ -244,6 +244,8 @@ class FrameDecoder {
   std::optional<std::uint32_t> sequence_{};
   GyroFrame frame_;  ///< the latest
   std::vector<std::optional<double>> values_;
+  /// Lower 32 bits of every status of the latest frame, in the format's order; empty for any other field.
+  std::vector<std::optional<std::uint32_t>> statuses_;
 };
 
 /// Encodes a frame for the virtual gyro and for tests. Selects the message with the most axes; among those, the one

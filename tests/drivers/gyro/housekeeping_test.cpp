@@ -7,6 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
@@ -407,6 +411,70 @@ TEST(GyroHousekeeping, AnAxisMeansTheSameInEveryMessage) {
   EXPECT_EQ(mistakes("deg", "x"), "");
   EXPECT_NE(mistakes("rad", "x").find("the fields of axis \"x\" differ"), std::string::npos);
   EXPECT_EQ(mistakes("rad", "y"), "");
+}
+
+/// Returns a stream of lines "S,RATE,STATUS" whose status has the type.
+FrameFormat lines_with_status(const std::string& type) {
+  const auto stream = parse_gyro_stream(R"(schema = "gyrotherm-gyro-stream/1"
+name = "lines"
+vendor = "v"
+source = "s"
+confidence = "secondary"
+[port]
+baud = 38400
+[frame]
+name = "lines"
+rate_hz = 100
+[frame.line]
+starts_with = "S"
+terminator = "\n"
+separators = ","
+merges = false
+words = 3
+longest = 60
+[[frame.field]]
+role = "rate"
+type = "decimal"
+word = 1
+unit = "deg/s"
+[[frame.field]]
+name = "status"
+role = "status"
+word = 2
+mask = 0
+rule = [
+  { mask = 0x1, good = 0, verdict = "invalid", meaning = "sensor" },
+  { mask = 0x80000000, good = 0x80000000, verdict = "mismatch", meaning = "range" },
+]
+type = ")" + type + "\"\n",
+                                        "lines.toml");
+  if (!stream) throw std::runtime_error(text(stream.error()));
+  return stream->frame;
+}
+
+TEST(FrameDecoder, BrokenRulesAreThoseThatMarkFrame) {
+  const std::pair<const char*, std::vector<std::pair<const char*, std::uint32_t>>> cases[] = {
+      {"integer", {{"0", 0}, {"1", 1}, {"-2", 0xFFFFFFFE}, {"-2147483648", 0x80000000}, {"4294967298", 2}}},
+      {"signed_hexadecimal", {{"FFFFFFFFFFFFFFFE", 0xFFFFFFFE}, {"80000001", 0x80000001}}},
+      {"hexadecimal", {{"100000000", 0}, {"FFFFFFFF80000000", 0x80000000}, {"7", 7}, {"80000000", 0x80000000}}},
+  };
+  int lines = 0;
+  for (const auto& [type, statuses] : cases)
+    for (const auto& [word, bits] : statuses) {
+      FrameDecoder decoder(lines_with_status(type));
+      decoder.feed(tests::bytes_of(fmt::format("S,0,0\nS,1.5,{}\n", word)));
+      const auto* frame = decoder.take();  // without a check, the first line may be incomplete
+      ASSERT_TRUE(frame) << type << " " << word;
+      std::vector<std::string> broken, differing;
+      if ((bits & 1U) != 0) broken.emplace_back("sensor");
+      if ((bits & 0x80000000U) == 0) broken.emplace_back("range"), differing.emplace_back("range");
+      EXPECT_EQ(frame->good, (bits & 1U) == 0) << type << " " << word;
+      EXPECT_EQ(frame->flagged, !broken.empty()) << type << " " << word;
+      EXPECT_EQ(decoder.broken_rules(), broken) << type << " " << word;
+      EXPECT_EQ(decoder.differing_settings(), differing) << type << " " << word;
+      ++lines;
+    }
+  EXPECT_EQ(lines, 11);
 }
 
 }  // namespace

@@ -33,6 +33,8 @@ TextFrame read_frame(const TomlTable& table) {
   frame.end = read_control_character(table, "end", frame.end);
   frame.high_bit = table.boolean("high_bit", false);
   frame.checksum = one_of(kChecksums, table, "checksum", "none");
+  if (auto what = describe_ambiguity(frame); !what.empty())
+    table.note_error("end", fmt::format("{}; expected another byte", what));
   return frame;
 }
 

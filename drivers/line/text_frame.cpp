@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 #include <utility>
 
 #include "core/deadline.hpp"
@@ -32,6 +33,11 @@ std::size_t check_size(const TextFrame& form) {
   return form.checksum == FrameChecksum::exclusive_or ? 1 : 2;
 }
 
+/// Returns whether the check byte may be any byte, such as the start or end byte.
+bool has_any_check_byte(const TextFrame& form) {
+  return form.checksum == FrameChecksum::exclusive_or && !form.high_bit;
+}
+
 class FramedStream final : public ByteStream {
  public:
   FramedStream(std::unique_ptr<ByteStream> line, const TextFrame& form, const Clock* clock)
@@ -42,9 +48,11 @@ class FramedStream final : public ByteStream {
     while (ready_.empty()) {
       std::array<std::byte, 256> bytes;
       const auto size = line_->read(bytes, deadline.left());
+      if (!size && size.error().kind == FaultKind::timeout)
+        if (auto taken = take_frames(false); !taken) return failure(std::move(taken.error()));
       if (!size) return size;
       received_.append(reinterpret_cast<const char*>(bytes.data()), *size);
-      if (auto taken = take_frames(); !taken) return failure(std::move(taken.error()));
+      if (auto taken = take_frames(true); !taken) return failure(std::move(taken.error()));
     }
     const auto size = std::min(buffer.size(), ready_.size());
     std::ranges::copy(std::as_bytes(std::span(ready_).first(size)), buffer.begin());
@@ -61,14 +69,29 @@ class FramedStream final : public ByteStream {
   void end_rest() override { line_->end_rest(); }
 
  private:
-  Result<void> take_frames() {
+  /// Returns the text of the frame that ends at `end`, or nothing if it is not valid.
+  [[nodiscard]] std::optional<std::string> find_text(std::size_t end) const {
+    const auto bytes = std::string_view(received_).substr(0, end + 1);
+    auto begin = bytes.rfind(form_.begin);
+    const bool may_be_check = has_any_check_byte(form_) && begin != std::string::npos && begin + 1 == end && begin > 0;
+    if (may_be_check) begin = bytes.rfind(form_.begin, begin - 1);
+    return begin == std::string::npos ? std::nullopt : from_frame(form_, bytes.substr(begin));
+  }
+
+  /// Takes the complete frames. An end byte that is the last byte received may be a check byte that the end byte
+  /// follows; unless nothing `follows`, the frame is then not complete.
+  Result<void> take_frames(bool follows) {
     for (auto end = received_.find(form_.end); end != std::string::npos; end = received_.find(form_.end)) {
-      const auto begin = received_.rfind(form_.begin, end);
-      const auto text = begin == std::string::npos
-                            ? std::nullopt
-                            : from_frame(form_, std::string_view(received_).substr(begin, end - begin + 1));
+      const bool has_begin = received_.rfind(form_.begin, end) != std::string::npos;
+      auto text = has_begin ? find_text(end) : std::nullopt;
+      if (has_begin && !text && has_any_check_byte(form_)) {
+        const auto next = end + 1;
+        if (next == received_.size() && follows) break;
+        if (next < received_.size() && received_[next] == form_.end) text = find_text(next);
+        if (text) end = next;
+      }
       received_.erase(0, end + 1);
-      if (begin == std::string::npos) continue;
+      if (!has_begin) continue;
       if (!text) return failure(FaultKind::corrupted, "", "wrong checksum in the answer");
       ready_ += *text + frame_terminator(form_);
     }
@@ -84,6 +107,18 @@ class FramedStream final : public ByteStream {
 };
 
 }  // namespace
+
+std::string describe_ambiguity(const TextFrame& form) {
+  if (form.begin == form.end) return "the start and end byte are the same, so that the end of a frame cannot be found";
+  if (has_any_check_byte(form) && form.end == '\0')
+    return "with the end byte 0, the check byte of \"xor\" may end a frame that is one byte too short";
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  const bool has_digits = form.checksum == FrameChecksum::negated_sum || form.checksum == FrameChecksum::sum;
+  for (const char byte : {form.begin, form.end})
+    if (has_digits && kDigits.find(byte) != std::string_view::npos)
+      return fmt::format("the byte {}, the digit {}, occurs in the checksum too", static_cast<int>(byte), byte);
+  return {};
+}
 
 char frame_terminator(const TextFrame& form) {
   return form.high_bit ? static_cast<char>(static_cast<unsigned char>(form.end) | kHighBit) : form.end;

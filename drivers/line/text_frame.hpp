@@ -24,6 +24,9 @@ struct TextFrame {
   FrameChecksum checksum = FrameChecksum::none;
 };
 
+/// Describes why the end of some frames cannot be found in a stream of bytes. Returns an empty text if it always can.
+[[nodiscard]] std::string describe_ambiguity(const TextFrame& form);
+
 /// Returns the frame of a text.
 [[nodiscard]] std::string to_frame(const TextFrame& form, std::string_view text);
 /// Returns the text of a whole frame, or nothing if its checksum or form is wrong.
@@ -34,8 +37,9 @@ struct TextFrame {
 [[nodiscard]] char frame_terminator(const TextFrame& form);
 
 /// Wraps `line`: each write sends one frame, and each read returns the text of one frame and frame_terminator().
-/// Bytes outside frames are skipped. A read fails with corrupted if a frame has a wrong checksum or exceeds 4096 bytes,
-/// and otherwise as `line` does. `clock` is the clock of `line`; null means the steady clock.
+/// Bytes outside frames are skipped. A check byte may be the start or end byte. A read fails with corrupted if a frame
+/// has a wrong checksum or exceeds 4096 bytes, and otherwise as `line` does. `clock` is the clock of `line`; null means
+/// the steady clock.
 [[nodiscard]] std::unique_ptr<ByteStream> make_framed_stream(std::unique_ptr<ByteStream> line, const TextFrame& form,
                                                              const Clock* clock = nullptr);
 

@@ -4,8 +4,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <memory>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "drivers/line/text_frame.hpp"
 
@@ -181,6 +187,92 @@ TEST(TextFrame, HasPlainSum) {
   broken[3] = '7';
   EXPECT_FALSE(from_frame(sum, broken));
   EXPECT_FALSE(from_frame({.end = '\r', .checksum = FrameChecksum::negated_sum}, frame));
+}
+
+/// A line on which bytes arrive in pieces of one size.
+class BytesInPieces final : public ByteStream {
+ public:
+  BytesInPieces(std::string bytes, std::size_t piece) : left_(std::move(bytes)), piece_(piece) {}
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration) override {
+    if (left_.empty()) return failure(FaultKind::timeout, "pieces", "nothing came");
+    const auto bytes = left_.substr(0, std::min(piece_, buffer.size()));
+    left_.erase(0, bytes.size());
+    std::ranges::copy(std::as_bytes(std::span(bytes)), buffer.begin());
+    return bytes.size();
+  }
+  Result<void> write(std::span<const std::byte>, Duration) override { return {}; }
+
+ private:
+  std::string left_;
+  std::size_t piece_;
+};
+
+/// Returns the texts of all frames in the bytes, each with its terminator, or the kind of the first fault other than
+/// the end of the bytes.
+tl::expected<std::string, FaultKind> read_frames(const TextFrame& form, const std::string& bytes, std::size_t piece) {
+  const auto stream = make_framed_stream(std::make_unique<BytesInPieces>(bytes, piece), form);
+  std::string all;
+  while (true) {
+    std::array<std::byte, 64> buffer;
+    const auto size = stream->read(buffer, std::chrono::seconds(1));
+    if (!size && size.error().kind == FaultKind::timeout) return all;
+    if (!size) return tl::unexpected(size.error().kind);
+    all.append(reinterpret_cast<const char*>(buffer.data()), *size);
+  }
+}
+
+TEST(TextFrame, CheckByteMayBeStartOrEndByte) {
+  const TextFrame usual{.checksum = FrameChecksum::exclusive_or};
+  const TextFrame other{.begin = '#', .end = '\r', .checksum = FrameChecksum::exclusive_or};
+  int starts = 0, ends = 0;
+  for (const auto& form : {usual, other})
+    for (int first = ' '; first < 0x7F; first += 3)
+      for (char second = ' '; second < '\x7F'; ++second) {
+        const std::string text{'1', static_cast<char>(first), second};
+        if (text.find(form.begin) != std::string::npos) continue;
+        const auto frame = to_frame(form, text);
+        starts += frame[4] == form.begin ? 1 : 0;
+        ends += frame[4] == form.end ? 1 : 0;
+        const auto expected = text + form.end;
+        for (const std::size_t piece : {1, 2, 100}) {
+          ASSERT_EQ(read_frames(form, frame, piece), expected) << text;
+          ASSERT_EQ(read_frames(form, frame + frame, piece), expected + expected) << text;
+          ASSERT_EQ(read_frames(form, "noise" + frame + "x", piece), expected) << text;
+        }
+      }
+  EXPECT_GT(starts, 20);
+  EXPECT_GT(ends, 20);
+}
+
+TEST(TextFrame, WrongCheckByteIsCorrupted) {
+  const TextFrame form{.checksum = FrameChecksum::exclusive_or};
+  for (const auto* text : {"AB", "T=23.5", "A"})
+    for (int byte = 0; byte < 0x80; ++byte) {
+      auto frame = to_frame(form, text);
+      auto& check = frame[frame.size() - 2];
+      if (check == byte) continue;
+      check = static_cast<char>(byte);
+      for (const std::size_t piece : {1, 100}) {
+        const auto found = read_frames(form, frame, piece);
+        ASSERT_FALSE(found) << text << " " << byte;
+        EXPECT_EQ(found.error(), FaultKind::corrupted);
+      }
+    }
+}
+
+TEST(TextFrame, DescribesFramesWithoutRecognisableEnd) {
+  using enum FrameChecksum;
+  for (const auto checksum : {none, exclusive_or, negated_sum, sum}) {
+    EXPECT_EQ(describe_ambiguity({.checksum = checksum}), "");
+    EXPECT_NE(describe_ambiguity({.begin = '~', .end = '~', .checksum = checksum}), "");
+    const bool has_digits = checksum == negated_sum || checksum == sum;
+    for (const char digit : {'0', '9', 'A', 'F'}) {
+      EXPECT_EQ(describe_ambiguity({.end = digit, .checksum = checksum}).empty(), !has_digits);
+      EXPECT_EQ(describe_ambiguity({.begin = digit, .checksum = checksum}).empty(), !has_digits);
+    }
+    EXPECT_EQ(describe_ambiguity({.end = '\0', .checksum = checksum}).empty(), checksum != exclusive_or);
+    EXPECT_EQ(describe_ambiguity({.end = '\0', .high_bit = true, .checksum = checksum}), "");
+  }
 }
 
 TEST(TextTemplate, ReadsColumnsOfNumbersWithoutLiterals) {

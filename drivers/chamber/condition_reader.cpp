@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -65,16 +66,23 @@ std::vector<std::string> read_one_or_more(const TomlTable& table, const char* ke
 }
 
 void read_numbers(const TomlTable& table, Condition& condition) {
-  for (const double bit : table.numbers("bits")) {
-    if (bit < 0 || bit > 31)
-      table.note_error("bits", fmt::format("bit {} is outside 0 to 31", bit));
-    else
-      condition.bits |= 1U << static_cast<unsigned>(bit);
-  }
+  for (const auto bit : read_integers(table, "bits", 0, kBitsOfAnyItem - 1))
+    condition.bits |= 1U << static_cast<unsigned>(bit);
   if (table.has("above")) condition.above = table.number("above");
 }
 
 }  // namespace
+
+std::vector<std::int64_t> read_integers(const TomlTable& table, const char* key, std::int64_t low, std::int64_t high) {
+  std::vector<std::int64_t> found;
+  for (const double number : table.numbers(key))
+    if (number >= static_cast<double>(low) && number <= static_cast<double>(high) && number == std::floor(number))
+      found.push_back(static_cast<std::int64_t>(number));
+    else
+      table.note_error(key,
+                       fmt::format("\"{}\" contains {}, expected whole numbers from {} to {}", key, number, low, high));
+  return found;
+}
 
 std::string describe_unknown_code(const RegisterMap& map, const RegisterItem& item, const std::string& name) {
   std::vector<std::string> names;

@@ -18,6 +18,9 @@
 
 namespace gyrotherm::drivers {
 
+/// Largest magnitude of a code: the largest up to which a double holds every integer.
+inline constexpr std::int64_t kLargestCode = std::int64_t{1} << 53;
+
 enum class RegisterType { u16, s16, u32, s32, f32, f64, bits, text, date_time };
 /// Order of the bytes in two registers, written for the value ABCD: −40.25 is C221 0000 in abcd and 0000 C221 in cdab.
 /// In four registers cdab reverses the registers, and badc swaps the bytes of each.

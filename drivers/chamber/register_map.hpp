@@ -375,6 +375,10 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 /// Returns whether a regular expression is found in `text`.
 [[nodiscard]] bool fits_expression(const std::string& expression, const std::string& text);
 
+/// Reads a list of whole numbers from `low` to `high`, which a double must hold exactly. Any other number is an error
+/// and is left out.
+[[nodiscard]] std::vector<std::int64_t> read_integers(const TomlTable& table, const char* key, std::int64_t low,
+                                                      std::int64_t high);
 /// Returns the noun for an item of this kind of unit in messages: "item" or "register".
 [[nodiscard]] const char* item_kind(const RegisterMap& map);
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.

@@ -90,8 +90,7 @@ void read_codes(const TomlTable& table, RegisterItem& item) {
   for (const auto& name : codes.keys()) {
     auto& all = item.codes[name];
     if (codes.is_list(name))
-      for (const double code : codes.numbers(name))
-        all.push_back(static_cast<std::int64_t>(std::clamp(code, -1e9, 1e10)));
+      all = read_integers(codes, name.c_str(), -kLargestCode, kLargestCode);
     else
       all.push_back(codes.integer(name));
     if (all.empty()) codes.note_error(name, fmt::format("\"{}\" has no code", name));
@@ -478,8 +477,8 @@ void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
   }
   if (!link.has("busy_exceptions")) return;
   modbus.busy_exceptions.clear();
-  for (const double code : link.numbers("busy_exceptions"))
-    modbus.busy_exceptions.insert(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
+  for (const auto code : read_integers(link, "busy_exceptions", 1, 255))
+    modbus.busy_exceptions.insert(static_cast<std::uint8_t>(code));
 }
 
 constexpr auto kActivities = make_vocabulary<ChamberActivity::off, ChamberActivity::unknown>(

@@ -38,8 +38,7 @@ void read_codes(const TomlTable& table, WrittenCodes& codes) {
     }
     auto& all = codes.numbers[name];
     if (table.is_list(name))
-      for (const double code : table.numbers(name))
-        all.push_back(static_cast<std::int64_t>(std::clamp(code, -1e10, 1e10)));
+      all = read_integers(table, name.c_str(), -kLargestCode, kLargestCode);
     else
       all.push_back(table.integer(name));
   }

@@ -203,5 +203,20 @@ TEST(Conditions, RefuseNameOfOtherValuesWithoutCodes) {
   }
 }
 
+TEST(Conditions, RefuseNumbersThatAreNotWhole) {
+  const auto expect = [](const std::string& keys, const std::string& condition, const std::string& part) {
+    const auto errors = find_errors(keys, condition);
+    const auto first = errors.find(part);
+    EXPECT_NE(first, std::string::npos) << keys << condition << ": " << errors;
+    EXPECT_NE(errors.find(part, first + 1), std::string::npos) << "both kinds of map: " << errors;
+  };
+  expect("", "bits = [3.5]", "\"bits\" contains 3.5, expected whole numbers from 0 to 31");
+  expect("", "bits = [1, 32]", "contains 32");
+  expect("", "bits = [-1]", "contains -1");
+  expect("codes = { a = [1, 2.5] }", "is = \"a\"", "\"a\" contains 2.5");
+  expect("codes = { a = [1e17, 2] }", "is = \"a\"", "\"a\" contains 1e+17");
+  EXPECT_EQ(find_fitting("", "bits = [1, 3.0]"), "236789");
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

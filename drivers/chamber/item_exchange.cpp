@@ -135,11 +135,10 @@ std::string make_example(std::string_view pattern) {
 }
 
 Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print, double found) {
-  const auto masked = [&](double value) {
-    return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
-  };
   constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
-  if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
+  const auto bits = lower_bits(found), wanted = lower_bits(print.value);
+  const bool has_same_bits = bits && wanted && (*bits & print.mask) == (*wanted & print.mask);
+  if (print.mask == kAllBits ? found == print.value : has_same_bits) return {};
   return failure(FaultKind::mismatch, place(named_item(map, print.item)),
                  fmt::format("reads {}, expected {} for a {} {}", found, print.value, map.vendor, map.name));
 }
@@ -164,8 +163,11 @@ Result<void> ItemExchange::check(const Fingerprint& print, const Shown& shown) c
 }
 
 Result<void> ItemExchange::check(const VerifiedSetting& setting, const Shown& shown) const {
-  const bool is_so = shown.value ? holds(setting.when, *shown.value) : matches(setting.pattern, shown.words);
-  if (setting.verifies.empty() || is_so) return {};
+  if (setting.verifies.empty()) return {};
+  const auto fits = shown.value ? evaluate(setting.when, item(setting.item), *shown.value)
+                                : Result<bool>(matches(setting.pattern, shown.words));
+  if (!fits) return failure(fits.error());
+  if (*fits) return {};
   return failure(FaultKind::mismatch, place(item(setting.item)),
                  fmt::format("is {}, expected: {}", shown.words, setting.verifies));
 }
@@ -496,7 +498,9 @@ Result<void> ItemExchange::wait_until(const Condition& condition, Duration withi
   while (true) {
     const auto found = read(shown);
     if (!found) return failure(found.error());
-    if (holds(condition, *found)) return {};
+    const auto fits = evaluate(condition, shown, *found);
+    if (!fits) return failure(fits.error());
+    if (*fits) return {};
     if (pauses_.now() >= end)
       return failure(FaultKind::timeout, place(shown),
                      fmt::format("is {}, expected {} within {:g} s", meaning(shown, *found),
@@ -524,7 +528,9 @@ Result<void> ItemExchange::perform_step(const SequenceStep& step, const Paramete
   if (step.only_if) {
     const auto found = read(item(step.only_if->item));
     if (!found) return failure(found.error());
-    if (!holds(*step.only_if, *found)) return {};
+    const auto fits = evaluate(*step.only_if, item(step.only_if->item), *found);
+    if (!fits) return failure(fits.error());
+    if (!*fits) return {};
   }
   if (step.kind == SequenceStep::Kind::write) return write_step(step, parameters);
   if (step.kind == SequenceStep::Kind::wait) return wait_until(step.until, step.duration);

@@ -33,7 +33,7 @@ std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double v
   if (!rule.text.empty()) return rule.text;
   if (item.flags.empty())
     return fmt::format("{}: {}", replace_underscores(item.name), replace_underscores(meaning(item, value)));
-  const auto word = static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & rule.when.bits;
+  const auto word = lower_bits(value).value_or(0) & rule.when.bits;
   std::vector<std::string> names;
   for (const auto& [name, bit] : item.flags)
     if ((word >> bit & 1U) != 0) names.push_back(replace_underscores(name));
@@ -66,6 +66,21 @@ std::string describe_state_values(const RegisterMap& map, const ItemValue& value
         fmt::format("{} {}", name, item.codes.empty() ? fmt::format("{:g}", *found) : meaning(item, *found)));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+/// Fails with corrupted if a rule cannot be evaluated, because the value of its item has no bits.
+Result<void> check_values(const RegisterMap& map, const ItemValue& value) {
+  const auto check = [&](const Condition& when) -> Result<void> {
+    const auto found = value(when.item);
+    if (!found) return {};
+    const auto fits = evaluate(when, *map.find(when.item), *found);
+    return fits ? Result<void>{} : failure(fits.error());
+  };
+  for (const auto& rule : map.states)
+    if (auto good = check(rule.when); !good) return good;
+  for (const auto& rule : map.alarms)
+    if (auto good = check(rule.when); !good) return good;
+  return {};
 }
 
 ChamberStatus evaluate_rules(const RegisterMap& map, const ItemValue& value) {
@@ -507,8 +522,15 @@ class ModbusChamber final : public Chamber {
       }
     }
     if (!turns_.is_complete()) return;
+    auto status = evaluate_status(core, turns_.snapshot());
+    if (!status) {
+      lost_ = text(status.error());
+      turns_.begin_new_round();
+      return;
+    }
     lost_.clear();
-    status_ = evaluate_status(core, turns_.take_snapshot());
+    (void)turns_.take_snapshot();
+    status_ = std::move(*status);
     status_known_ = true;
   }
 
@@ -526,7 +548,8 @@ class ModbusChamber final : public Chamber {
     return failure(FaultKind::timeout, place(air_), lost_.empty() ? what : fmt::format("{}: {}", what, lost_));
   }
 
-  [[nodiscard]] ChamberStatus evaluate_status(const Snapshot& core, const Snapshot& more) const {
+  /// Fails with corrupted if a rule of the state or an alarm cannot be evaluated.
+  [[nodiscard]] Result<ChamberStatus> evaluate_status(const Snapshot& core, const Snapshot& more) const {
     const ItemValue value = [&](const std::string& name) -> std::optional<double> {
       const auto& item = items_.item(name);
       for (const auto* snapshot : {&more, &core}) {
@@ -536,6 +559,7 @@ class ModbusChamber final : public Chamber {
       }
       return std::nullopt;
     };
+    if (auto good = check_values(map_, value); !good) return failure(std::move(good.error()));
     auto status = evaluate_rules(map_, value);
     evaluate_humidity(map_, value, status);
     return status;

@@ -185,6 +185,12 @@ Result<StoredStep> read_step(const ProfileMemory& memory, int index, const Block
   return found;
 }
 
+/// Converts a number of steps from the memory. A value that is not a number of steps is that of a full memory.
+int read_step_count(double stored, const ProfileMemory& memory) {
+  const bool is_count = stored >= 0 && stored <= memory.steps_at_most;
+  return is_count ? static_cast<int>(stored) : stored < 0 ? 0 : memory.steps_at_most;
+}
+
 /// Contents of the header's cells.
 struct StoredHeader {
   std::string name;
@@ -202,7 +208,7 @@ Result<StoredHeader> read_header(const ProfileMemory& memory, const BlockWords& 
       if (cell.source == CellSource::name) found.name = decode_text(form.text, own);
       if (cell.source == CellSource::soak_band) found.soak_band = {decode_as_written(form, own)};
       if (cell.source == CellSource::step_count)
-        found.step_count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
+        found.step_count = read_step_count(decode_as_written(form, own), memory);
     });
   };
   for (const auto& block : memory.header)
@@ -271,6 +277,10 @@ class Upload {
     if (!memory_.number_from.empty()) {
       const auto number = items_.read(items_.item(memory_.number_from));
       if (!number) return failure(number.error());
+      constexpr double kMostPrograms = 1e6;
+      if (!(*number >= 0 && *number <= kMostPrograms))
+        return failure(FaultKind::corrupted, place(items_.item(memory_.number_from)),
+                       fmt::format("{:g} is not the number of a program", *number));
       program.number = static_cast<int>(*number);
     }
     auto writes = encode_program(memory_, program, [this](const RegisterItem& form) {

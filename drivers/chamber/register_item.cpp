@@ -261,6 +261,11 @@ std::string describe_shared_bit(const RegisterItem& item) {
   return {};
 }
 
+std::optional<std::uint32_t> lower_bits(double value) {
+  if (!(std::abs(value) <= static_cast<double>(kLargestCode))) return std::nullopt;
+  return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+}
+
 std::string meaning(const RegisterItem& item, double value) {
   for (const auto& [name, codes] : item.codes)
     if (std::ranges::any_of(codes, [&](auto code) { return static_cast<double>(code) == value; })) return name;

@@ -197,6 +197,9 @@ struct ItemContext {
 /// Returns `specified` if it is set, otherwise function 6 for one register and 16 for more.
 [[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& specified, std::size_t count);
 
+/// Returns the lower 32 bits of a value, of a negative one in two's complement. Returns nothing for a value whose
+/// magnitude exceeds kLargestCode, and for NaN.
+[[nodiscard]] std::optional<std::uint32_t> lower_bits(double value);
 /// Returns the meaning of a code: its name in the map, `otherwise` if that is set, the text that has no name, or the
 /// number as text.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);

@@ -15,10 +15,17 @@ namespace gyrotherm::drivers {
 
 bool holds(const Condition& condition, double value) {
   if (condition.above) return value > *condition.above;
-  const auto word = static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+  const auto word = lower_bits(value).value_or(0);
   const auto is_it = [&](auto code) { return static_cast<double>(code) == value; };
   const bool one_of_them = (word & condition.bits) != 0 || std::ranges::any_of(condition.codes, is_it);
   return one_of_them != condition.not_these;
+}
+
+Result<bool> evaluate(const Condition& condition, const RegisterItem& item, double value) {
+  if (condition.bits != 0 && !lower_bits(value))
+    return failure(FaultKind::corrupted, place(item),
+                   fmt::format("reads {:g}, which has no bits; check its type", value));
+  return holds(condition, value);
 }
 
 bool can_stop(const RegisterMap& map) { return map.control || map.sequences.contains("stop"); }

@@ -33,8 +33,12 @@ struct Condition {
   bool not_these{};
   std::optional<double> above;
 };
-/// Returns whether `value`, a finite result of decode(), satisfies the condition.
+/// Returns whether `value`, a finite result of decode(), satisfies the condition. A value without lower_bits() has none
+/// of the bits.
 [[nodiscard]] bool holds(const Condition& condition, double value);
+/// Returns whether a value that was read from `item` satisfies the condition. Fails with corrupted if the condition is
+/// on bits and the value has no lower_bits().
+[[nodiscard]] Result<bool> evaluate(const Condition& condition, const RegisterItem& item, double value);
 
 /// Activity of the chamber while a condition is satisfied. The first rule with a satisfied condition applies.
 struct StateRule {

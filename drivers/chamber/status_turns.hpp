@@ -77,6 +77,8 @@ class StatusTurns {
   /// Returns whether the round is complete. take_snapshot() then returns its snapshot once.
   [[nodiscard]] bool is_complete() const { return is_in_progress_ && at_ == pieces_.size(); }
   [[nodiscard]] Snapshot take_snapshot();
+  /// Returns the words read so far in this round.
+  [[nodiscard]] const Snapshot& snapshot() const { return so_far_; }
 
   /// Returns whether no round was completed in the last 60 + `every` readings.
   [[nodiscard]] bool is_overdue() const;

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/sample.hpp"
 #include "core/text.hpp"
+#include "drivers/chamber/register_item.hpp"
 #include "drivers/line/text_frame.hpp"
 
 namespace gyrotherm::drivers {
@@ -168,7 +170,8 @@ tl::unexpected<Fault> TextClient::not_understood(const std::string& question, co
 std::string TextClient::reason(const FieldValues& fields, const std::string& answer) const {
   if (const auto found = fields.find("code"); found != fields.end()) {
     const auto* code = std::get_if<double>(&found->second);
-    const auto known = code ? text_.refusals.find(static_cast<std::int64_t>(*code)) : text_.refusals.end();
+    const bool is_whole = code && std::abs(*code) <= static_cast<double>(kLargestCode);
+    const auto known = is_whole ? text_.refusals.find(static_cast<std::int64_t>(*code)) : text_.refusals.end();
     if (known != text_.refusals.end()) return fmt::format("{} ({})", known->second, known->first);
   }
   if (const auto found = fields.find("reason"); found != fields.end())

@@ -567,9 +567,8 @@ FieldValue to_field(const RegisterItem& item, const CodeTexts& codes, std::span<
   if (item.type == RegisterType::text) return decode_text(item.text, words);
   const double raw = raw_value(item, words);
   if (codes.empty()) return raw;
-  if (raw < 0) return item.unknown_texts ? item.unknown_texts->find_text(raw).value_or("") : std::string();
-  const auto position = static_cast<std::size_t>(raw);
-  return position < codes.size() ? codes[position] : std::string();
+  if (!(raw >= 0)) return item.unknown_texts ? item.unknown_texts->find_text(raw).value_or("") : std::string();
+  return raw < static_cast<double>(codes.size()) ? codes[static_cast<std::size_t>(raw)] : std::string();
 }
 
 }  // namespace gyrotherm::drivers

@@ -154,7 +154,7 @@ class TextRegisters final : public Registers {
     if (!words) return failure(words.error());
     const auto value = decode(item, *words);
     if (!value) return failure(value.error());
-    return holds(*command.then_when, *value);
+    return evaluate(*command.then_when, item, *value);
   }
 
   /// Adds the values of the other items that a command repeats.

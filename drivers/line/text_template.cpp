@@ -110,8 +110,8 @@ std::string format_number(const FieldForm& form, double value) {
 std::string format_hexadecimal(int width, double value) {
   constexpr int kBitsPerDigit = 4;
   const auto modulus = std::uint64_t{1} << (width * kBitsPerDigit);
-  const auto number =
-      static_cast<std::uint64_t>(static_cast<std::int64_t>(std::isfinite(value) ? std::round(value) : 0));
+  const bool is_in_range = std::abs(value) <= static_cast<double>(kLargestInteger);  // false for NaN
+  const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(is_in_range ? std::round(value) : 0));
   return fmt::format("{:0{}X}", number & (modulus - 1), width);
 }
 

@@ -17,6 +17,7 @@
 
 #include "core/deadline.hpp"
 #include "core/text.hpp"
+#include "drivers/chamber/register_item.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -183,9 +184,11 @@ class TextSupply final : public PowerSupply {
   Result<void> add_trips(const OutputSettings& output, const ItemValues& values, OutputReading& reading) const {
     for (const auto& [name, item] : lines(output).items) {
       if (!is_trip_item(name)) continue;
-      const auto bits = static_cast<std::uint32_t>(std::clamp(number(values, name).value_or(0), 0.0, 4294967295.0));
+      const auto word = number(values, name).value_or(0);
+      const auto bits = lower_bits(word);
+      if (!bits) return failure(FaultKind::corrupted, where(output), fmt::format("{:g} is no trip state", word));
       for (const auto& [flag, bit] : item.flags)
-        if ((bits >> bit & 1U) != 0) reading.trips.push_back(flag);
+        if ((*bits >> bit & 1U) != 0) reading.trips.push_back(flag);
       if (item.codes.empty()) continue;
       const auto shown = code_text(values, name);
       if (has_code(item, kTrippedCode, shown))

@@ -13,13 +13,12 @@
 
 #include "core/deadline.hpp"
 #include "core/text.hpp"
+#include "drivers/chamber/register_item.hpp"
 #include "drivers/chamber/text_instrument.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
-/// Largest status; all flags are below it.
-constexpr double kLargestStatus = 0xFFFFFFFF;
 /// A longer scan is a silent instrument.
 constexpr Duration kLongestMeasuredScan = std::chrono::seconds(10);
 
@@ -102,8 +101,11 @@ class TextThermometer final : public Thermometer {
     }
     statuses.resize(numbers.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      auto reading = convert_reading(description_, question.first + i, numbers[i],
-                                     static_cast<std::int64_t>(std::clamp(statuses[i], 0.0, kLargestStatus)));
+      auto reading =
+          lower_bits(statuses[i])
+              ? convert_reading(description_, question.first + i, numbers[i], static_cast<std::int64_t>(statuses[i]))
+              : failure(FaultKind::corrupted, fmt::format("input {}", question.first + i + 1),
+                        fmt::format("{:g} is not a status", statuses[i]));
       if (!reading) reading.error() = add_location(place_, std::move(reading.error()));
       readings.push_back(std::move(reading));
     }

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -18,26 +20,32 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// A CTS chamber on TCP at 20 °C that reports one error.
-class CtsWithError final : public ByteStream {
+/// A unit that answers each question with a fixed line.
+class FixedAnswers final : public ByteStream {
  public:
-  explicit CtsWithError(char error) : error_(error) {}
+  explicit FixedAnswers(std::map<std::string, std::string> answers) : answers_(std::move(answers)) {}
   Result<std::size_t> read(std::span<std::byte> buffer, Duration) override {
-    if (coming_.empty()) return failure(FaultKind::timeout, "cts", "nothing came");
+    if (coming_.empty()) return failure(FaultKind::timeout, "unit", "nothing came");
     const auto bytes = std::exchange(coming_, "");
     std::ranges::copy(std::as_bytes(std::span(bytes)), buffer.begin());
     return bytes.size();
   }
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
     const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    coming_ = line == "U1" ? "U1 999.9 999.9" : line == "A0" ? "A0 020.0 020.0" : std::string("S10100000") + error_;
+    coming_ = answers_[line];
     return {};
   }
 
  private:
-  char error_;
+  std::map<std::string, std::string> answers_;
   std::string coming_;
 };
+
+/// Returns the state of a text chamber with these answers.
+Result<ChamberState> inspect(const RegisterMap& map, std::map<std::string, std::string> answers) {
+  auto registers = make_text_registers(map, std::make_unique<FixedAnswers>(std::move(answers)), "unit");
+  return make_modbus_chamber(map, std::move(registers), make_virtual_pauses(), {})->inspect();
+}
 
 RegisterMap cts_map() {
   const auto file = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/cts.toml");
@@ -50,8 +58,8 @@ TEST(Conditions, EachGraveErrorOfCtsStopsRun) {
   int stops = 0, warnings = 0, silent = 0;
   for (int byte = 0; byte < 0x7F; ++byte) {
     const auto error = static_cast<char>(byte);
-    auto registers = make_text_registers(map, std::make_unique<CtsWithError>(error), "cts");
-    const auto state = make_modbus_chamber(map, std::move(registers), make_virtual_pauses(), {})->inspect();
+    const auto state =
+        inspect(map, {{"U1", "U1 999.9 999.9"}, {"A0", "A0 020.0 020.0"}, {"S", std::string("S10100000") + error}});
     ASSERT_TRUE(state) << byte << ": " << text(state.error());
     const bool is_warning = byte >= 1 && byte <= 6, is_none = byte == 0 || error == '0';
     EXPECT_EQ(state->must_stop, !is_warning && !is_none) << byte;
@@ -216,6 +224,38 @@ TEST(Conditions, RefuseNumbersThatAreNotWhole) {
   expect("codes = { a = [1, 2.5] }", "is = \"a\"", "\"a\" contains 2.5");
   expect("codes = { a = [1e17, 2] }", "is = \"a\"", "\"a\" contains 1e+17");
   EXPECT_EQ(find_fitting("", "bits = [1, 3.0]"), "236789");
+}
+
+TEST(Conditions, BitsOfNumber) {
+  EXPECT_EQ(lower_bits(5), 5u);
+  EXPECT_EQ(lower_bits(-2), 0xFFFFFFFEu);
+  EXPECT_EQ(lower_bits(4294967299.0), 3u);
+  EXPECT_EQ(lower_bits(9007199254740992.0), 0u);
+  for (const double none : {1e16, -1e16, 1e30, std::numeric_limits<double>::max(),
+                            std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_FALSE(lower_bits(none)) << none;
+    EXPECT_FALSE(lower_bits(-none)) << none;
+  }
+}
+
+TEST(Conditions, NumberWithoutBitsIsNotRead) {
+  const auto map = parse_register_map(std::string(kLineMap) +
+                                          "answer = \"{value:f}\"\n[[alarm]]\nseverity = \"stop\"\nitem = \"state\"\n"
+                                          "bits = [1]\n",
+                                      "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  const auto with = [&](const std::string& state) {
+    return inspect(*map, {{"T?\n", "20.0\n"}, {"S?\n", "20.0\n"}, {"M?\n", state + "\n"}});
+  };
+  for (const auto* stops : {"2", "-2", "6", "4294967298"}) EXPECT_TRUE(with(stops).value().must_stop) << stops;
+  for (const auto* silent : {"0", "-4", "5"}) EXPECT_FALSE(with(silent).value().must_stop) << silent;
+  for (const auto* none : {"1e30", "-1e30", "1e16"}) {
+    const auto state = with(none);
+    ASSERT_FALSE(state) << none;
+    EXPECT_NE(state.error().what.find("which has no bits"), std::string::npos) << state.error().what;
+    const auto& when = map->alarms.front().when;
+    EXPECT_EQ(evaluate(when, *map->find("state"), std::stod(none)).error().kind, FaultKind::corrupted);
+  }
 }
 
 }  // namespace

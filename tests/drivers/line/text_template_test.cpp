@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <tuple>
@@ -350,6 +351,10 @@ TEST(TextTemplate, RecognisesValuesThatDoNotFit) {
     EXPECT_EQ(digits.can_format({{"a", value}}), fits_unsigned) << value;
   }
   EXPECT_TRUE(parse("W{a:d3}").can_format({{"a", 12345.0}})) << "a minimum width";
+  for (const double huge : {1e16, 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
+    EXPECT_FALSE(signed_digits.can_format({{"a", huge}})) << huge;
+    EXPECT_EQ(signed_digits.format({{"a", huge}}), "W0000") << huge;
+  }
 }
 
 TEST(TextTemplate, ReadsColumnsOfCharactersWithoutLiterals) {

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -71,6 +73,46 @@ void read_numbers(const TomlTable& table, Condition& condition) {
   if (table.has("above")) condition.above = table.number("above");
 }
 
+constexpr std::array kConditionKeys{"is", "is_not", "bits", "above"};
+
+/// Notes an error at each key beside the first, and at a list without elements.
+void note_several_keys(const TomlTable& table) {
+  const char* first = nullptr;
+  for (const auto* key : kConditionKeys) {
+    if (!table.has(key)) continue;
+    table.ignore(key);
+    if (first)
+      table.note_error(key,
+                       fmt::format("\"{}\" and \"{}\" exclude each other in one condition, expected one of \"is\", "
+                                   "\"is_not\", \"bits\", \"above\"",
+                                   first, key));
+    if (!first) first = key;
+    const bool has_numbers = std::string_view(key) == "bits";
+    if (table.is_list(key) && (has_numbers ? table.numbers(key).empty() : table.texts(key).empty()))
+      table.note_error(key, fmt::format("\"{}\" is empty, expected at least one element", key));
+  }
+}
+
+/// Notes an error for a condition that the value of the item can never satisfy.
+void check_form(const TomlTable& table, const RegisterMap& map, const RegisterItem& item, const Condition& condition) {
+  const bool is_number = item.type != RegisterType::text && item.type != RegisterType::date_time;
+  const bool has_number = condition.bits != 0 || condition.above;
+  if (!is_number && (has_number || !item.readable))
+    table.note_error(item_key(table), fmt::format("{} \"{}\" is not a number", item_kind(map), item.name));
+  if (const int bits = count_bits(map, item); (std::uint64_t{condition.bits} >> bits) != 0)
+    table.note_error("bits", fmt::format("the field of \"{}\" has the bits 0 to {}", item.name, bits - 1));
+  const bool is_scaled = item.scale != 1 || item.offset != 0 || item.fahrenheit || !item.decimals.empty();
+  if (condition.bits != 0 && is_scaled)
+    table.note_error("bits", fmt::format("\"{}\" has a scale, an offset or a unit, so that its value has no bits; "
+                                         "expected an item without them",
+                                         item.name));
+  if (condition.above && item.highest && *condition.above >= *item.highest)
+    table.note_error("above",
+                     fmt::format("a value above {:g} is impossible by \"highest\" = {:g} of \"{}\", so that this "
+                                 "condition would never be true",
+                                 *condition.above, *item.highest, item.name));
+}
+
 }  // namespace
 
 std::vector<std::int64_t> read_integers(const TomlTable& table, const char* key, std::int64_t low, std::int64_t high) {
@@ -107,21 +149,29 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   Condition condition;
   condition.item = table.text(item_key(table));
   const auto* item = find_named_item(map, table, item_key(table), condition.item);
+  note_several_keys(table);
   const bool is_negated = table.has("is_not");
   const char* key = is_negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = read_one_or_more(table, key);
-  if (item && !item->readable && item->type == RegisterType::text)
-    table.note_error(item_key(table), fmt::format("{} \"{}\" is not a number", item_kind(map), item->name));
   if (item) add_meanings(table, key, map, *item, condition);
   if (is_negated) condition.not_these = !condition.not_these;
   read_numbers(table, condition);
-  if (const int bits = item ? count_bits(map, *item) : kBitsOfAnyItem; (std::uint64_t{condition.bits} >> bits) != 0)
-    table.note_error("bits", fmt::format("the field of \"{}\" has the bits 0 to {}", item->name, bits - 1));
-  const bool has_condition = !condition.meanings.empty() || condition.bits != 0 || condition.above;
+  if (item) check_form(table, map, *item, condition);
+  const bool has_condition = std::ranges::any_of(kConditionKeys, [&](const char* one) { return table.has(one); });
   if (!has_condition && item && !item->flags.empty())
     for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
   else if (!has_condition)
     table.note_error("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
+  return condition;
+}
+
+Condition read_readable_condition(const TomlTable& table, const RegisterMap& map) {
+  auto condition = read_condition(table, map);
+  const auto* item = map.find(condition.item);
+  if (item && !item->readable)
+    table.note_error(item_key(table),
+                     fmt::format("{} \"{}\" cannot be read, so that this condition would never be true", item_kind(map),
+                                 item->name));
   return condition;
 }
 

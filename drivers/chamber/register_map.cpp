@@ -14,7 +14,7 @@
 namespace gyrotherm::drivers {
 
 bool holds(const Condition& condition, double value) {
-  if (condition.above) return value > *condition.above;
+  if (condition.above) return (value > *condition.above) != condition.not_these;
   const auto word = lower_bits(value).value_or(0);
   const auto is_it = [&](auto code) { return static_cast<double>(code) == value; };
   const bool one_of_them = (word & condition.bits) != 0 || std::ranges::any_of(condition.codes, is_it);

@@ -29,7 +29,7 @@ struct Condition {
   std::vector<std::string> meanings;  ///< for messages
   std::vector<std::int64_t> codes;
   std::uint32_t bits{};  ///< any of them set
-  /// Inverts the condition on codes and bits.
+  /// Inverts the condition.
   bool not_these{};
   std::optional<double> above;
 };
@@ -404,5 +404,7 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory);
 /// Reads { register, is | is_not | bits | above }. Notes an error for a condition that would never or always hold
 /// because its keys exclude each other.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
+/// Reads a condition as read_condition() does, on an item that can be read.
+[[nodiscard]] Condition read_readable_condition(const TomlTable& table, const RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

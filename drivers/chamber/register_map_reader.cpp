@@ -322,7 +322,7 @@ void read_written_value(const TomlTable& table, const RegisterMap& map, const Re
 
 SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
   SequenceStep step;
-  if (table.has("when")) step.only_if = read_condition(table.table("when"), map);
+  if (table.has("when")) step.only_if = read_readable_condition(table.table("when"), map);
   if (table.has("write")) {
     step.kind = SequenceStep::Kind::write;
     step.item = table.text("write");
@@ -332,7 +332,7 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
     read_written_value(table, map, item, step);
   } else if (table.has("wait")) {
     step.kind = SequenceStep::Kind::wait;
-    step.until = read_condition(table.table("wait"), map);
+    step.until = read_readable_condition(table.table("wait"), map);
     step.item = step.until.item;
     step.duration = table.duration("within", kUsualPatience);
   } else {
@@ -388,7 +388,7 @@ void read_power_switches(const TomlTable& file, RegisterMap& map) {
     if (!map.sequences.contains("start") || !map.sequences.contains("stop"))
       table.note_error("name", "a power switch requires the commands \"start\" and \"stop\"");
     map.power_switches.push_back({.name = table.text("name"),
-                                  .is_on = read_condition(table, map),
+                                  .is_on = read_readable_condition(table, map),
                                   .on = read_steps(table, "on", map),
                                   .off = read_steps(table, "off", map)});
   }
@@ -554,13 +554,13 @@ void read_control(const TomlTable& table, RegisterMap& map) {
 
 void read_states(const TomlTable& file, RegisterMap& map) {
   for (const auto& table : file.tables("state"))
-    map.states.push_back({one_of(kActivities, table, "activity"), read_condition(table, map)});
+    map.states.push_back({one_of(kActivities, table, "activity"), read_readable_condition(table, map)});
 }
 
 void read_alarms(const TomlTable& file, RegisterMap& map) {
   for (const auto& table : file.tables("alarm"))
-    map.alarms.push_back(
-        {one_of(kSeverities, table, "severity", "warning"), table.text("text", ""), read_condition(table, map)});
+    map.alarms.push_back({one_of(kSeverities, table, "severity", "warning"), table.text("text", ""),
+                          read_readable_condition(table, map)});
 }
 
 void read_limits(const TomlTable& table, RegisterMap& map) {

@@ -16,7 +16,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr int kHexadecimalBase = 16, kDecimalBase = 10, kBitsOfHexadecimalDigit = 4;
+constexpr int kHexadecimalBase = 16, kDecimalBase = 10, kBitsOfHexadecimalDigit = 4, kBitsOfRegister = 16;
 
 bool is_hexadecimal(const FieldForm& form) { return form.kind == FieldForm::Kind::hexadecimal; }
 bool is_single_bit(const FieldForm& form) { return form.kind == FieldForm::Kind::bits && form.width == 1; }
@@ -183,7 +183,11 @@ void check_flags_and_sentinels(const TomlTable& table, const FieldForm& form, co
 }
 
 int count_bits(const RegisterMap& map, const RegisterItem& item) {
-  if (!map.text_link) return kBitsOfAnyItem;
+  if (!map.text_link) {
+    const bool is_bits = item.type == RegisterType::bits;
+    const bool is_word = item.type == RegisterType::u16 || item.type == RegisterType::s16;
+    return is_bits ? item.bit_count : is_word ? kBitsOfRegister : kBitsOfAnyItem;
+  }
   for (const auto& query : map.text_link->queries)
     for (const auto& cell : query.cells)
       for (const auto& answer : query.answers)

@@ -410,8 +410,10 @@ class ItemReader {
       command.then.push_back(templates_.read_constant(table, "then", line));
       check_line_end(table, "then", command.then.back());
     }
+    if (table.has("then_when") && command.then.empty())
+      table.note_error("then_when", "expected the lines of \"then\" to which this condition belongs");
     if (table.has("then_when"))
-      command.then_when = std::make_shared<const Condition>(read_condition(table.table("then_when"), map_));
+      command.then_when = std::make_shared<const Condition>(read_readable_condition(table.table("then_when"), map_));
     const bool has_effect = table.has("effect");
     if (has_effect) (void)is_readable(table, "effect", table.text("effect"));  // an unknown one is an error of its own
     // The readers of other kinds have rules of their own for commands without an answer.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -256,6 +257,86 @@ TEST(Conditions, NumberWithoutBitsIsNotRead) {
     const auto& when = map->alarms.front().when;
     EXPECT_EQ(evaluate(when, *map->find("state"), std::stod(none)).error().kind, FaultKind::corrupted);
   }
+}
+
+/// Expects the same error in both kinds of map.
+void expect_both_refuse(const std::string& keys, const std::string& condition, const std::string& part) {
+  const auto errors = find_errors(keys, condition);
+  const auto first = errors.find(part);
+  EXPECT_NE(first, std::string::npos) << keys << " " << condition << ": " << errors;
+  if (first == std::string::npos) return;
+  EXPECT_NE(errors.find(part, first + 1), std::string::npos) << condition << ": " << errors;
+}
+
+TEST(Conditions, RefuseKeysThatExcludeEachOther) {
+  const std::string keys = "codes = { idle = 0, busy = 1 }";
+  const std::vector<std::string> all{"is = \"idle\"", "is_not = [\"busy\"]", "bits = [1]", "above = 2"};
+  const std::vector<std::string> names{"is", "is_not", "bits", "above"};
+  int pairs = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t k = i + 1; k < all.size(); ++k, ++pairs) {
+      const auto part = "\"" + names[i] + "\" and \"" + names[k] + "\" exclude each other";
+      expect_both_refuse(keys, all[i] + "\n" + all[k], part);
+      expect_both_refuse(keys, all[k] + "\n" + all[i], part);
+      EXPECT_EQ(find_errors(keys, all[i] + "\n" + all[k]).find("unknown key"), std::string::npos);
+    }
+  EXPECT_EQ(pairs, 6);
+}
+
+TEST(Conditions, RefuseEmptyLists) {
+  for (const auto* keys : {"flags = { fan = 2 }", "codes = { idle = 0 }"})
+    for (const std::string key : {"is", "is_not", "bits"})
+      expect_both_refuse(keys, key + " = []", "\"" + key + "\" is empty");
+  EXPECT_EQ(find_fitting("flags = { fan = 2 }", ""), "4567") << "any flag";
+}
+
+TEST(Conditions, RefuseNumbersThatItemNeverHas) {
+  expect_both_refuse("highest = 5", "above = 5", "a value above 5 is impossible by \"highest\" = 5 of \"state\"");
+  expect_both_refuse("highest = 5", "above = 7.5", "a value above 7.5 is impossible");
+  expect_both_refuse("scale = 0.1", "bits = [1]", "has a scale, an offset or a unit, so that its value has no bits");
+  EXPECT_EQ(find_errors("highest = 5", "above = 4.9"), "");
+  EXPECT_EQ(find_errors("scale = 0.1", "above = 3"), "");
+  const auto errors = [](const std::string& keys, const std::string& bits) {
+    const auto map = parse_register_map(with_rule(keys, bits), "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  EXPECT_NE(errors("", "bits = [16]").find("the field of \"state\" has the bits 0 to 15"), std::string::npos);
+  EXPECT_EQ(errors("", "bits = [15]"), "");
+}
+
+TEST(Conditions, RefuseRegistersThatCannotBeRead) {
+  const std::string keys = "access = \"w\"\ncodes = { on = 1 }";
+  const std::string part = "register \"state\" cannot be read, so that this condition would never be true";
+  const std::string rest[] = {
+      "[[alarm]]\nregister = \"state\"\nis = \"on\"",
+      "[[state]]\nactivity = \"off\"\nregister = \"state\"\nis = \"on\"",
+      "[sequence]\nstart = [{ wait = { register = \"state\", is = \"on\" } }]",
+      "[sequence]\nstart = [{ when = { register = \"state\", is = \"on\" }, pause = \"1 s\" }]"};
+  for (const auto& rule : rest) {
+    const auto map = parse_register_map(kRegisterMap + keys + "\n" + rule + "\n", "map.toml");
+    ASSERT_FALSE(map) << rule;
+    EXPECT_NE(text(map.error()).find(part), std::string::npos) << text(map.error());
+  }
+}
+
+TEST(Conditions, PowerSwitchMayCompareNumber) {
+  const std::string file = std::string(kRegisterMap) + R"(access = "rw"
+[sequence]
+start = [{ write = "state", value = 5 }]
+stop = [{ write = "state", value = 0 }]
+[[power]]
+name = "main"
+register = "state"
+above = 3
+on = [{ write = "state", value = 9 }]
+off = [{ write = "state", value = 1 }]
+)";
+  const auto map = select_power_switch(parse_register_map(file, "map.toml").value(), "main").value();
+  const auto& off = map.states.front();
+  EXPECT_EQ(off.activity, ChamberActivity::off);
+  EXPECT_TRUE(holds(off.when, 3));
+  EXPECT_TRUE(holds(off.when, 0));
+  EXPECT_FALSE(holds(off.when, 4));
 }
 
 }  // namespace

@@ -253,6 +253,31 @@ std::string describe_shared_code(const RegisterItem& item, std::span<const std::
   return {};
 }
 
+std::string describe_unreachable_name(const RegisterItem& item) {
+  const bool is_number = item.type != RegisterType::text && item.type != RegisterType::date_time;
+  if (!is_number && !(item.codes.empty() && item.flags.empty()))
+    return fmt::format("\"{}\" is not a number, and has no codes or flags", item.name);
+  if (!item.flags.empty() && (item.scale != 1 || item.offset != 0 || item.fahrenheit || !item.decimals.empty()))
+    return fmt::format("\"{}\" has flags, which have no scale, offset or unit", item.name);
+  for (const auto& [flag, bit] : item.flags) {
+    if (item.codes.contains(flag) || flag == item.otherwise)
+      return fmt::format("\"{}\" is the name of a flag and of a code", flag);
+    if (const auto least = std::ldexp(1.0, bit); item.highest && least > *item.highest)
+      return fmt::format("the flag \"{}\" is never set: a value above {:g} is impossible", flag, *item.highest);
+  }
+  if (!item.readable || !item.decimals.empty() || !item.unit.empty()) return {};
+  for (const auto& [name, codes] : item.codes)
+    for (const auto code : codes) {
+      const auto value = static_cast<double>(code);
+      const auto found = decode(item, encode_as_read(item, value));
+      if (found && *found == value) continue;
+      return fmt::format("the code {} of \"{}\" never occurs: {}", code, name,
+                         found ? fmt::format("the nearest value is {:g}", *found)
+                               : "\"sentinels\", \"lowest\" or \"highest\" exclude it");
+    }
+  return {};
+}
+
 std::string describe_shared_bit(const RegisterItem& item) {
   std::map<int, std::string> names;
   for (const auto& [name, bit] : item.flags)

@@ -206,6 +206,10 @@ struct ItemContext {
 /// Describes two names of one code: "constant and standby are both 0". If the codes are texts, `texts` has them at the
 /// positions that are the codes. Returns an empty text if all codes differ.
 [[nodiscard]] std::string describe_shared_code(const RegisterItem& item, std::span<const std::string> texts = {});
+/// Describes a code or flag of a readable item that no value can have: it exceeds the type, is a sentinel, is outside
+/// the possible values, or shares its name. Returns an empty text if there is none, or if other registers determine the
+/// scale.
+[[nodiscard]] std::string describe_unreachable_name(const RegisterItem& item);
 /// Describes two flags on one bit: "fan and heater are both bit 3". Returns an empty text if all bits differ.
 [[nodiscard]] std::string describe_shared_bit(const RegisterItem& item);
 

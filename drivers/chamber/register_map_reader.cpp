@@ -181,6 +181,8 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
   read_access(table, item);
   read_functions(table, defaults, item);
   read_limits_of_value(table, item);
+  if (auto never = describe_unreachable_name(item); !never.empty())
+    table.note_error(item.flags.empty() ? "codes" : "flags", std::move(never));
   item.read_count = whole<std::uint16_t>(table, "read_count", 0, 125, 0);
   item.confidence = one_of(kConfidences, table, "confidence", "unverified");
   item.note = table.text("note", "");

@@ -297,8 +297,11 @@ class ItemReader {
     if (!item.codes.empty() || !item.flags.empty()) make_unscaled(table, item);
     if (auto shared = describe_shared_code(item, texts); !shared.empty()) table.note_error("codes", std::move(shared));
     if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
+    if (!texts.empty()) remove_bounds(table, item);
     if (!texts.empty()) item.unknown_texts = std::make_shared<UnknownTexts>();
     item.otherwise = table.text("otherwise", "");
+    if (auto never = describe_unreachable_name(item); known && !never.empty())
+      table.note_error(item.flags.empty() ? "codes" : "flags", std::move(never));
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
     return {std::move(item), std::move(texts)};
@@ -345,6 +348,18 @@ class ItemReader {
                        fmt::format("\"{}\" has codes or flags, which have no scale and unit", item.name));
     item.scale = item.resolution = 1;
     item.fahrenheit = item.step = false;
+  }
+
+  /// Removes the sentinels and bounds that a question states for its numbers from an item whose codes are texts. Notes
+  /// an error if they belong to the item itself.
+  static void remove_bounds(const TomlTable& table, RegisterItem& item) {
+    const bool is_bounded = !item.sentinels.empty() || item.lowest || item.highest;
+    if (is_bounded && table.text("name") == item.name)
+      table.note_error(item.sentinels.empty() ? "codes" : "sentinels",
+                       fmt::format("the codes of \"{}\" are texts, which have no sentinels and bounds", item.name));
+    item.sentinels.clear();
+    item.lowest.reset();
+    item.highest.reset();
   }
 
   void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) const {

@@ -339,5 +339,67 @@ off = [{ write = "state", value = 1 }]
   EXPECT_FALSE(holds(off.when, 4));
 }
 
+TEST(ItemNames, RefusedIfNoValueHasThem) {
+  expect_both_refuse("codes = { off = 0, tripped = 5 }\nsentinels = { none = 5 }", "is = \"tripped\"",
+                     "the code 5 of \"tripped\" never occurs: it is none");
+  expect_both_refuse("codes = { off = 0, tripped = 5 }\nhighest = 4", "is = \"tripped\"",
+                     "the code 5 of \"tripped\" never occurs: it is 5");
+  expect_both_refuse("codes = { off = 0, tripped = 5 }\nlowest = 1", "is = \"tripped\"", "the code 0 of \"off\"");
+  expect_both_refuse("flags = { fan = 2, door = 3 }\nhighest = 7", "is = \"door\"", "\"door\" is never set");
+  expect_both_refuse("codes = { door = 1 }\nflags = { door = 3 }", "is = \"door\"",
+                     "\"door\" is the name of a flag and of a code");
+  expect_both_refuse("codes = { shut = 1 }\notherwise = \"door\"\nflags = { door = 3 }", "is = \"shut\"",
+                     "\"door\" is the name of a flag and of a code");
+  EXPECT_EQ(find_fitting("codes = { off = 0, tripped = 4 }\nsentinels = { none = 5 }\nhighest = 4", "is = \"tripped\""),
+            "4");
+}
+
+TEST(ItemNames, OfRegistersFitTheirTypes) {
+  const auto errors = [](const std::string& type, const std::string& keys) {
+    auto file = with_rule(keys, "is = \"x\"");
+    file.replace(file.rfind("\"u16\""), 5, "\"" + type + "\"");
+    const auto map = parse_register_map(file, "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  const std::string never = "of \"x\" never occurs: the nearest value is ";
+  for (const auto& [type, keys, nearest] :
+       {std::tuple("u16", "codes = { x = 65536 }", "65535"), std::tuple("u16", "codes = { x = -1 }", "0"),
+        std::tuple("s16", "codes = { x = 65535 }", "32767"), std::tuple("s16", "codes = { x = [1, 32768] }", "32767"),
+        std::tuple("u32", "codes = { x = 4294967296 }", "4.29497e+09"),
+        std::tuple("f32", "codes = { x = 16777217 }", ""), std::tuple("u16", "codes = { x = 5 }\nscale = 2", "6")}) {
+    EXPECT_NE(errors(type, keys).find(never + nearest), std::string::npos)
+        << type << keys << ": " << errors(type, keys);
+  }
+  EXPECT_NE(errors("bits", "bit = 3\ncodes = { x = 2 }").find(never + "1"), std::string::npos);
+  EXPECT_NE(errors("u16", "flags = { x = 2 }\nscale = 0.1").find("has flags, which have no scale"), std::string::npos);
+  EXPECT_NE(errors("text", "characters = 4\ncodes = { x = 2 }").find("is not a number"), std::string::npos);
+  for (const auto& [type, keys] :
+       {std::pair("u16", "codes = { x = 65535 }"), std::pair("s16", "codes = { x = [-1, 32767] }"),
+        std::pair("u32", "codes = { x = 4294967295 }"), std::pair("bits", "bit = 3\nwidth = 2\ncodes = { x = 3 }"),
+        std::pair("u16", "codes = { x = 6 }\nscale = 2"), std::pair("u16", "codes = { x = 99999 }\naccess = \"w\"")})
+    EXPECT_EQ(errors(type, keys).find("never occurs"), std::string::npos) << type << keys << ": " << errors(type, keys);
+}
+
+TEST(ItemNames, OfTextsHaveNoBoundsOfTheirQuestion) {
+  const std::string item =
+      "answer = \"{level:d} {valve:s}\"\nhighest = 1\nsentinels = { none = 0 }\n"
+      "codes.valve = { shut = \"S\", open = \"O\", moving = \"M\" }\n";
+  const auto map = parse_register_map(
+      kLineMap + item + "[[alarm]]\nseverity = \"stop\"\nitem = \"valve\"\n" + "is = [\"shut\", \"moving\"]\n",
+      "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  for (const auto& [valve, stops] : {std::pair("S", true), std::pair("O", false), std::pair("M", true)}) {
+    const auto state =
+        inspect(*map, {{"T?\n", "20.0\n"}, {"S?\n", "20.0\n"}, {"M?\n", std::string("1 ") + valve + "\n"}});
+    ASSERT_TRUE(state) << text(state.error());
+    EXPECT_EQ(state->must_stop, stops) << valve;
+  }
+  const auto own = parse_register_map(kLineMap + std::string("answer = \"{value:s}\"\ncodes = { shut = \"S\" }\n"
+                                                             "sentinels = { none = 0 }\n"),
+                                      "map.toml");
+  ASSERT_FALSE(own);
+  EXPECT_NE(own.error().what.find("which have no sentinels and bounds"), std::string::npos) << own.error().what;
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

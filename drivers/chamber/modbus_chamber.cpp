@@ -587,6 +587,10 @@ class ModbusChamber final : public Chamber {
     const auto highest = limit(map_.limits.highest_item, map_.limits.highest);
     if (!highest) return failure(highest.error());
     limits_ = SetPointRange{*lowest, *highest};
+    // A map may state a limit beside that of the controller; the narrower one applies.
+    const auto& fixed = map_.limits;
+    if (fixed.lowest && limits_->lowest) limits_->lowest = std::max(*fixed.lowest, *limits_->lowest);
+    if (fixed.highest && limits_->highest) limits_->highest = std::min(*fixed.highest, *limits_->highest);
     return {};
   }
 

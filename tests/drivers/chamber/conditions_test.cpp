@@ -401,5 +401,28 @@ TEST(ItemNames, OfTextsHaveNoBoundsOfTheirQuestion) {
   EXPECT_NE(own.error().what.find("which have no sentinels and bounds"), std::string::npos) << own.error().what;
 }
 
+TEST(Limits, NarrowerOfMapAndControllerApplies) {
+  for (const auto& [in_unit, low, high] :
+       {std::tuple("-80 80", -40.0, 60.0), std::tuple("-20 50", -20.0, 50.0), std::tuple("-50 30", -40.0, 30.0)}) {
+    const auto map = parse_register_map(std::string(kLineMap) + R"(answer = "{low:d} {high:d}"
+[limits]
+lowest = -40
+highest = 60
+lowest_item = "low"
+highest_item = "high"
+)",
+                                        "map.toml");
+    ASSERT_TRUE(map) << text(map.error());
+    auto unit = std::make_unique<FixedAnswers>(std::map<std::string, std::string>{
+        {"T?\n", "20.0\n"}, {"S?\n", "20.0\n"}, {"M?\n", std::string(in_unit) + "\n"}});
+    const auto limits =
+        make_modbus_chamber(*map, make_text_registers(*map, std::move(unit), "unit"), make_virtual_pauses(), {})
+            ->limits();
+    ASSERT_TRUE(limits) << text(limits.error());
+    EXPECT_EQ(limits->lowest, Celsius{low}) << in_unit;
+    EXPECT_EQ(limits->highest, Celsius{high}) << in_unit;
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

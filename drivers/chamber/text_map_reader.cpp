@@ -375,13 +375,20 @@ class ItemReader {
     item.resolution = table.number("resolution", finest * item.scale);
     if (table.has("lowest")) item.lowest = table.number("lowest");
     if (table.has("highest")) item.highest = table.number("highest");
+    if (table.has("highest") && table.has("invalid_above"))
+      table.note_error("invalid_above", "\"invalid_above\" is another name of \"highest\", expected one of them");
     if (table.has("invalid_above")) item.highest = table.number("invalid_above");
+    if (item.lowest && item.highest && *item.lowest > *item.highest)
+      table.note_error("lowest", "\"lowest\" is above the highest value, so that no value is possible");
     const auto sentinels = table.table("sentinels");
     for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
     if (table.has("tolerance")) item.tolerance = table.number("tolerance");
     item.seen_within = table.duration("lags", Duration{});
     // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
-    item.seen_later = table.boolean("seen_later", item.name == "set_point" && item.seen_within > Duration{});
+    const bool is_set_point = item.name == "set_point";
+    item.seen_later = table.boolean("seen_later", is_set_point && item.seen_within > Duration{});
+    if (item.seen_later && !is_set_point && table.has("tell"))
+      table.note_error("seen_later", "allowed only for the item \"set_point\"");
   }
 
   /// Notes an error for a temperature in another unit than °C and °F, which would be read as °C. A difference may be in

@@ -424,5 +424,20 @@ highest_item = "high"
   }
 }
 
+TEST(LineItems, RefuseKeysWithoutEffect) {
+  const auto errors = [](const std::string& keys) {
+    const auto map = parse_register_map(kLineMap + std::string("answer = \"{value:d}\"\n") + keys, "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  EXPECT_NE(errors("highest = 3\ninvalid_above = 9\n").find("is another name of \"highest\""), std::string::npos);
+  EXPECT_NE(errors("lowest = 3\nhighest = 2\n").find("no value is possible"), std::string::npos);
+  const std::string command = "tell = \"M{value:d}\"\nacknowledged = \"OK\"\n";
+  EXPECT_NE(errors(command + "seen_later = true\n").find("allowed only for the item \"set_point\""), std::string::npos);
+  EXPECT_NE(errors(command + "then_when = { item = \"state\", above = 1 }\n").find("expected the lines of \"then\""),
+            std::string::npos);
+  EXPECT_EQ(errors(command + "then = \"GO\"\nthen_when = { item = \"state\", above = 1 }\n"), "");
+  EXPECT_EQ(errors("lowest = 2\ninvalid_above = 9\n"), "");
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

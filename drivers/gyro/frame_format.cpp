@@ -167,10 +167,18 @@ void read_status(const TomlTable& table, FrameField& field) {
   const bool has_rules = table.has("rule");
   field.mask = read_uint32(table, "mask", has_rules && !table.has("good") ? 0 : 0xFFFFFFFF);
   field.good = read_uint32(table, "good", 0);
-  if (field.bits < 32) field.mask &= (std::uint32_t{1} << field.bits) - 1;
+  const auto own_bits = field.bits < 32 ? (std::uint32_t{1} << field.bits) - 1 : 0xFFFFFFFF;
+  const auto check_mask = [&](const TomlTable& owner, std::uint32_t mask) {
+    if ((mask & ~own_bits) != 0)
+      owner.note_error(
+          "mask", fmt::format("the mask {:#x} has bits that are never set: the field has {} bits", mask, field.bits));
+  };
+  if (table.has("mask")) check_mask(table, field.mask);
+  field.mask &= own_bits;
   for (const auto& each : table.tables("rule")) {
     StatusRule rule;
     rule.mask = read_uint32(each, "mask", 0);
+    check_mask(each, rule.mask);
     auto good = read_whole_numbers(each, "one_of", 0xFFFFFFFF, "values of the status");
     if (good.empty()) good = {read_uint32(each, "good", 0)};
     rule.good = good.front();

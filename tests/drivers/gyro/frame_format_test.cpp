@@ -159,6 +159,14 @@ TEST(FrameFormat, ReportsEachError) {
   };
   EXPECT_EQ(status("mask = 0x0F\none_of = [1, 4, 15]\n"), "");
   EXPECT_NE(status("mask = 0x0F\none_of = [1, 16]\n").find("does not contain the good value"), std::string::npos);
+  EXPECT_NE(status("mask = 0x100\n").find("the mask 0x100 has bits that are never set: the field has 8 bits"),
+            std::string::npos);
+  EXPECT_NE(status("mask = 0xFFFF\ngood = 3\n").find("the mask 0xffff has bits that are never set"), std::string::npos);
+  const auto own_mask = [&](const char* mask) {
+    return mistakes_in(head + count + "[[frame.field]]\nrole = \"status\"\ntype = \"u8\"\noffset = 5\nmask = " + mask);
+  };
+  EXPECT_NE(own_mask("0x101").find("the mask 0x101 has bits that are never set"), std::string::npos);
+  EXPECT_EQ(own_mask("0x80"), "");
   EXPECT_NE(status("mask = 0x0F\none_of = [1.5]\n").find("expected values of the status"), std::string::npos);
   EXPECT_NE(status("mask = 0x0F\none_of = [1]\ngood = 1\n").find("unknown key"), std::string::npos);
   EXPECT_NE(mistakes_in("[frame]\nname = \"f\"\nsync = [256]\nlength = 8\n" + count).find("expected bytes"),

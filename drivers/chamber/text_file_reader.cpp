@@ -230,7 +230,9 @@ void read_text_links(const TomlTable& link, const TemplateReader& templates, Dur
   if (link.has("serial")) add(LinkKind::text_serial, link.table("serial"));
   if (unit.links.empty()) link.note_error("", "expected [link.tcp] or [link.serial]");
   if (unit.links.empty()) unit.links.push_back({.kind = LinkKind::text_tcp, .modbus = settings, .text = common});
-  if (link.text("usual", "") == "serial") std::ranges::reverse(unit.links);
+  const auto usual = link.choice("usual", {"tcp", "serial"}, "tcp");
+  if (link.has("usual") && !link.has(usual)) link.note_error("usual", fmt::format("this file has no [link.{}]", usual));
+  if (usual == "serial") std::ranges::reverse(unit.links);
   unit.link = unit.links.front();
 }
 

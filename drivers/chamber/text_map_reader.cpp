@@ -230,9 +230,25 @@ class ItemReader {
           add_cell(field.name, std::move(item), std::move(codes), query);
       }
     add_rejected_items(table, name, query);
+    for (const auto* key : {"codes", "flags"}) check_named_fields(table, key, name, query);
     if (!any_kind_ && query.count > kTextReadAtMost)
       table.note_error("answer", "the fields of one answer are too many");
     text_.queries.push_back(std::move(query));
+  }
+
+  /// Notes an error for codes or flags of a field that no answer to the question has.
+  static void check_named_fields(const TomlTable& table, const char* key, const std::string& name,
+                                 const TextQuery& query) {
+    const auto is_rejected = [](const TextTemplate& answer) { return answer.fields().empty(); };
+    if (!table.has(key) || std::ranges::any_of(query.answers, is_rejected)) return;
+    const auto all = table.table(key);
+    for (const auto& field : all.keys()) {
+      const auto has_field = [&](const TextTemplate& answer) {
+        return answer.find(field) != nullptr || (field == name && answer.find("value") != nullptr);
+      };
+      if (all.is_table(field) && std::ranges::none_of(query.answers, has_field))
+        all.note_error(field, fmt::format("the answer has no field \"{}\" to which these {} belong", field, key));
+    }
   }
 
   /// Notes an error for a line that contains the characters that are sent after each line.

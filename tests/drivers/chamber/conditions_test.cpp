@@ -341,9 +341,9 @@ off = [{ write = "state", value = 1 }]
 
 TEST(ItemNames, RefusedIfNoValueHasThem) {
   expect_both_refuse("codes = { off = 0, tripped = 5 }\nsentinels = { none = 5 }", "is = \"tripped\"",
-                     "the code 5 of \"tripped\" never occurs: it is none");
+                     "the code 5 of \"tripped\" never occurs: \"sentinels\", \"lowest\" or");
   expect_both_refuse("codes = { off = 0, tripped = 5 }\nhighest = 4", "is = \"tripped\"",
-                     "the code 5 of \"tripped\" never occurs: it is 5");
+                     "the code 5 of \"tripped\" never occurs: \"sentinels\", \"lowest\" or \"highest\" exclude it");
   expect_both_refuse("codes = { off = 0, tripped = 5 }\nlowest = 1", "is = \"tripped\"", "the code 0 of \"off\"");
   expect_both_refuse("flags = { fan = 2, door = 3 }\nhighest = 7", "is = \"door\"", "\"door\" is never set");
   expect_both_refuse("codes = { door = 1 }\nflags = { door = 3 }", "is = \"door\"",
@@ -437,6 +437,25 @@ TEST(LineItems, RefuseKeysWithoutEffect) {
             std::string::npos);
   EXPECT_EQ(errors(command + "then = \"GO\"\nthen_when = { item = \"state\", above = 1 }\n"), "");
   EXPECT_EQ(errors("lowest = 2\ninvalid_above = 9\n"), "");
+  for (const std::string key : {"codes", "flags"}) {
+    EXPECT_NE(errors(key + ".stat = { on = 1 }\n").find("no field \"stat\" to which these " + key + " belong"),
+              std::string::npos);
+    EXPECT_EQ(errors(key + ".state = { on = 1 }\n"), "");
+  }
+}
+
+TEST(LineItems, RefuseUsualLinkThatFileDoesNotHave) {
+  const auto errors = [](const std::string& usual, const std::string& links) {
+    std::string file = kLineMap + std::string("answer = \"{value:d}\"\n");
+    file.replace(file.find("[link.tcp]\n"), 11, "usual = \"" + usual + "\"\n" + links + "[link.tcp]\n");
+    const auto map = parse_register_map(file, "map.toml");
+    return map ? std::string(name(map->links.front().kind)) : text(map.error());
+  };
+  const std::string serial = "[link.serial]\nsettings = \"9600,8N1\"\n";
+  EXPECT_NE(errors("seriall", serial).find("did you mean \"serial\""), std::string::npos);
+  EXPECT_NE(errors("serial", "").find("this file has no [link.serial]"), std::string::npos);
+  EXPECT_EQ(errors("tcp", serial), name(LinkKind::text_tcp));
+  EXPECT_EQ(errors("serial", serial), name(LinkKind::text_serial));
 }
 
 }  // namespace

@@ -121,6 +121,8 @@ void read_form(const TomlTable& table, WordOrder order, RegisterItem& item) {
   item.step = table.boolean("difference", false);
   item.decimals = table.text("decimals", "");
   item.unit = table.text("unit_register", "");
+  if (table.has("unit") && table.has("unit_register"))
+    table.note_error("unit", "\"unit\" and \"unit_register\" exclude each other, expected one of them");
   read_codes(table, item);
 }
 
@@ -143,6 +145,10 @@ void read_access(const TomlTable& table, RegisterItem& item) {
   if (item.seen_later && item.name != "set_point")
     table.note_error("seen_later", "allowed only for the register \"set_point\"");
   item.also = table.texts("also");
+  for (const auto* key : {"seen_in", "tolerance", "within"})
+    if (table.has(key) && (item.self_clearing || !item.writable))
+      table.note_error(
+          key, fmt::format("has no effect with access = \"{}\", because no written value is read back", access));
   if (!table.has("together_with")) return;
   const auto other = table.table("together_with");
   item.companion = Companion{other.text("register"), other.number("value")};
@@ -212,6 +218,17 @@ std::vector<RegisterItem> repeat_item(const TomlTable& table, const RegisterItem
   return all;
 }
 
+/// Notes an error for a number that the item cannot hold, which would be written as another one.
+void check_can_hold(const TomlTable& table, const char* key, const RegisterItem& item, double value) {
+  if (item.type == RegisterType::text || item.type == RegisterType::date_time)
+    return table.note_error(key, fmt::format("register \"{}\" is not a number", item.name));
+  if (!item.line.empty() || !item.decimals.empty() || !item.unit.empty()) return;  // known to the unit only
+  const double held = decode_as_written(item, encode(item, value));
+  if (!(std::abs(held - value) <= item.resolution / 2))
+    table.note_error(
+        key, fmt::format("register \"{}\" cannot hold {:g}; it would be written as {:g}", item.name, value, held));
+}
+
 /// Verifies the items that an item refers to.
 void check_references(const TomlTable& table, const RegisterItem& item, const RegisterMap& map) {
   const auto must_be = [&](const char* key, const std::string& name, bool writable) {
@@ -236,6 +253,7 @@ void check_references(const TomlTable& table, const RegisterItem& item, const Re
   const auto* companion = find_named_item(map, table, "together_with", item.companion->item);
   if (companion && companion->address != item.address + word_count(item))
     table.note_error("together_with", fmt::format("register \"{}\" does not follow this one", companion->name));
+  if (companion) check_can_hold(table, "together_with", *companion, item.companion->value);
 }
 
 void check_sizes(const TomlTable& table, const RegisterItem& item, const RegisterMap& map) {
@@ -320,6 +338,8 @@ void read_written_value(const TomlTable& table, const RegisterMap& map, const Re
     // A text command may have no field for a value.
     step.value = table.number("value", map.text_link ? std::optional(0.0) : std::nullopt);
   }
+  if (item && !map.text_link && step.source == SequenceStep::Source::number)
+    check_can_hold(table, table.has("code") ? "code" : "value", *item, step.value);
 }
 
 SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
@@ -387,6 +407,8 @@ Sequence read_steps(const TomlTable& table, const char* key, const RegisterMap& 
 
 void read_power_switches(const TomlTable& file, RegisterMap& map) {
   for (const auto& table : file.tables("power")) {
+    if (std::ranges::find(map.power_switches, table.text("name"), &PowerSwitch::name) != map.power_switches.end())
+      table.note_error("name", fmt::format("a second power switch is named \"{}\"", table.text("name")));
     if (!map.sequences.contains("start") || !map.sequences.contains("stop"))
       table.note_error("name", "a power switch requires the commands \"start\" and \"stop\"");
     map.power_switches.push_back({.name = table.text("name"),
@@ -592,8 +614,11 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
     const auto last = table.has("last") ? read_address(table, "last", defaults.address_base) : first;
     (void)table.text("why");
     if (last < first) table.note_error("last", "\"last\" is below \"first\"");
+    const auto is_inside = [&](const RegisterItem& item, int address) {
+      return address <= last && address + word_count(item) > first;
+    };
     for (const auto& item : map.items)
-      if (item.writable && item.address <= last && item.address + word_count(item) > first)
+      if (item.writable && (is_inside(item, item.address) || is_inside(item, item.rtu_address.value_or(item.address))))
         table.note_error("first", fmt::format("register \"{}\" lies in this range and is writable", item.name));
   }
 }

@@ -444,6 +444,27 @@ TEST(LineItems, RefuseKeysWithoutEffect) {
   }
 }
 
+TEST(RegisterKeys, RefusedIfTheyHaveNoEffect) {
+  const auto errors = [](const std::string& keys) {
+    const auto map = parse_register_map(kRegisterMap + keys, "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  for (const std::string access : {"command", "r"})
+    for (const auto* key : {"seen_in = \"air_temperature\"", "tolerance = 2", "within = \"2 s\""}) {
+      const auto found = errors("access = \"" + access + "\"\n" + key + "\n");
+      EXPECT_NE(found.find("has no effect with access = \"" + access + "\""), std::string::npos) << found;
+      EXPECT_EQ(errors(std::string("access = \"rw\"\n") + key + "\n"), "");
+    }
+  EXPECT_NE(errors("unit = \"°F\"\nunit_register = \"air_temperature\"\n").find("exclude each other"),
+            std::string::npos);
+  const std::string power =
+      "[[power]]\nname = \"main\"\nregister = \"state\"\nabove = 1\n"
+      "on = [{ pause = \"1 s\" }]\noff = [{ pause = \"1 s\" }]\n";
+  const std::string commands = "[sequence]\nstart = [{ pause = \"1 s\" }]\nstop = [{ pause = \"1 s\" }]\n";
+  EXPECT_EQ(errors(commands + power), "");
+  EXPECT_NE(errors(commands + power + power).find("a second power switch is named \"main\""), std::string::npos);
+}
+
 TEST(LineItems, RefuseUsualLinkThatFileDoesNotHave) {
   const auto errors = [](const std::string& usual, const std::string& links) {
     std::string file = kLineMap + std::string("answer = \"{value:d}\"\n");
@@ -456,6 +477,32 @@ TEST(LineItems, RefuseUsualLinkThatFileDoesNotHave) {
   EXPECT_NE(errors("serial", "").find("this file has no [link.serial]"), std::string::npos);
   EXPECT_EQ(errors("tcp", serial), name(LinkKind::text_tcp));
   EXPECT_EQ(errors("serial", serial), name(LinkKind::text_serial));
+}
+
+TEST(WrittenValues, RefusedIfRegisterCannotHoldThem) {
+  const auto errors = [](const std::string& keys, const std::string& value) {
+    const auto map = parse_register_map(
+        kRegisterMap + keys + "\naccess = \"rw\"\n[sequence]\nstart = [{ write = " + "\"state\", " + value + " }]\n",
+        "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  EXPECT_NE(errors("", "value = 70000").find("cannot hold 70000; it would be written as 65535"), std::string::npos);
+  EXPECT_NE(errors("", "value = -1").find("cannot hold -1"), std::string::npos);
+  EXPECT_NE(errors("scale = 0.1", "value = 7000").find("cannot hold 7000"), std::string::npos);
+  EXPECT_NE(errors("codes = { on = 70000 }", "code = \"on\"").find("cannot hold 70000"), std::string::npos);
+  for (const auto* good : {"value = 65535", "value = 0"}) EXPECT_EQ(errors("", good), "") << good;
+  EXPECT_EQ(errors("scale = 0.1", "value = 23.4"), "");
+  EXPECT_EQ(errors("codes = { on = [7, 8] }", "code = \"on\""), "");
+  EXPECT_EQ(errors("", "of = \"program\""), "");
+}
+
+TEST(ForbiddenRange, CoversAddressesOfRtu) {
+  std::string file = std::string(kRegisterMap) + "access = \"rw\"\n[[forbidden]]\nfirst = 900\nwhy = \"service\"\n";
+  EXPECT_TRUE(parse_register_map(file, "map.toml"));
+  file.replace(file.find("address = 9\n"), 12, "address = { tcp = 9, rtu = 900 }\n");
+  const auto map = parse_register_map(file, "map.toml");
+  ASSERT_FALSE(map);
+  EXPECT_NE(map.error().what.find("\"state\" lies in this range"), std::string::npos) << map.error().what;
 }
 
 }  // namespace

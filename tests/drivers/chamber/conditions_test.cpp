@@ -465,6 +465,32 @@ TEST(RegisterKeys, RefusedIfTheyHaveNoEffect) {
   EXPECT_NE(errors(commands + power + power).find("a second power switch is named \"main\""), std::string::npos);
 }
 
+TEST(LineItems, RefuseFramesWithoutRecognisableEnd) {
+  const auto errors = [](const std::string& frame) {
+    std::string file = kLineMap + std::string("answer = \"{value:d}\"\n");
+    file.replace(file.find("port = 10001\n"), 13, "port = 10001\nframe = { " + frame + " }\n");
+    const auto map = parse_register_map(file, "map.toml");
+    return map ? std::string() : text(map.error());
+  };
+  EXPECT_NE(errors("begin = 13, end = 13").find("the start and end byte are the same"), std::string::npos);
+  EXPECT_NE(errors("end = 0, checksum = \"xor\"").find("one byte too short"), std::string::npos);
+  EXPECT_NE(errors("end = 0x46, checksum = \"sum\"").find("the digit F, occurs in the checksum"), std::string::npos);
+  for (const auto* good :
+       {"checksum = \"xor\"", "end = 0, checksum = \"xor\", high_bit = true", "begin = 0x3A, end = 13"})
+    EXPECT_EQ(errors(good), "") << good;
+}
+
+TEST(LineItems, RefuseCodesThatAreNoNumbers) {
+  for (const std::string form : {"d", "f", "x2"})
+    for (const std::string code : {"+-5", "-+5", "++5", "+", "-", "5-"}) {
+      const auto map = parse_register_map(
+          kLineMap + ("answer = \"{value:" + form + "}\"\ncodes = { on = \"" + code + "\" }\n"), "map.toml");
+      ASSERT_FALSE(map) << form << " " << code;
+      EXPECT_NE(map.error().what.find("is never the text \"" + code + "\""), std::string::npos) << map.error().what;
+    }
+  EXPECT_TRUE(parse_register_map(kLineMap + std::string("answer = \"{value:d}\"\ncodes = { on = \"+5\" }\n"), "map"));
+}
+
 TEST(LineItems, RefuseUsualLinkThatFileDoesNotHave) {
   const auto errors = [](const std::string& usual, const std::string& links) {
     std::string file = kLineMap + std::string("answer = \"{value:d}\"\n");

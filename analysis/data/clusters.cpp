@@ -229,7 +229,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
     if (has_each_second(dataset, span, length_s)) remembered.push_back(span);
     if (is_whole(dataset, span, length_s))
       kept.push_back(span);
-    else
+    else if (has_each_second(dataset, span, length_s))
       count_missing_inputs(dataset, span, dropped_by_input);
   }
   if (kept.empty()) return none();

@@ -51,7 +51,8 @@ struct Clusters {
   int dropped_rest{};
   /// Number of clusters dropped for a missing reading or a gap.
   int dropped_gaps{};
-  /// Number of clusters dropped because of each input with missing readings ("the bias" is one).
+  /// Number of clusters with all their seconds that were dropped because of each input with missing readings ("the
+  /// bias" is one). Clusters that also lack seconds are gaps.
   std::vector<std::pair<std::string, int>> dropped_by_input{};
 };
 
@@ -67,8 +68,8 @@ struct Clusters {
 /// whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
-/// Describes the part of the record that was left out because inputs are missing, with each input. Returns an empty
-/// text if it is at most 5 %.
+/// Describes the part of the record that was left out because inputs are missing, with each input and its share of the
+/// clusters with all their seconds. Returns an empty text if it is at most 5 %.
 [[nodiscard]] std::string describe_left_out(const Clusters& clusters);
 
 /// Returns whether the clusters include both positions of a unit that is turned around while the Earth rate is unknown.

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/analysis/real_records.hpp"
 #include "tests/analysis/synthetic_run.hpp"
@@ -92,6 +95,39 @@ TEST(Clusters, DropClustersAcrossGap) {
   EXPECT_EQ(clusters->start_s, (Eigen::Vector3d{0, 300, 400}));
   EXPECT_EQ(clusters->dropped_gaps, 2);
   EXPECT_EQ(clusters->dropped_rest, 30);
+}
+
+/// The bias is missing in seven clusters, of which five also lack a second.
+TEST(Clusters, CountMissingInputsOnlyWhereNoSecondIsMissing) {
+  Dataset dataset = ramp(1200);
+  dataset.bias_deg_per_h.segment(200, 700).setConstant(std::nan(""));
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < 1200; ++row)
+    if (row < 400 || row >= 900 || row % 100 != 50) rows.push_back(row);
+  Dataset gaps = ramp(static_cast<Eigen::Index>(rows.size()));
+  gaps.time_s = dataset.time_s(rows).eval();
+  gaps.temperature_c = dataset.temperature_c(rows, Eigen::all).eval();
+  gaps.bias_deg_per_h = dataset.bias_deg_per_h(rows).eval();
+  const auto clusters = make_clusters(gaps);
+  ASSERT_TRUE(clusters);
+  EXPECT_EQ(clusters->start_s.size(), 5);
+  EXPECT_EQ(clusters->dropped_gaps, 7);
+  ASSERT_EQ(clusters->dropped_by_input.size(), 1u);
+  EXPECT_EQ(clusters->dropped_by_input.front(), std::pair(std::string("the bias"), 2));
+  EXPECT_EQ(describe_left_out(*clusters),
+            "a part of the record is left out because values are missing: the bias in 2 clusters (28.6 %)");
+}
+
+TEST(Clusters, LeaveOutAtMostTheWholeRecord) {
+  for (const Eigen::Index whole : {1, 5, 11}) {
+    Dataset dataset = ramp(1200);
+    dataset.temperature_c.bottomRows(1200 - 100 * whole).setConstant(std::nan(""));
+    const auto clusters = make_clusters(dataset);
+    ASSERT_TRUE(clusters);
+    ASSERT_EQ(clusters->dropped_by_input.size(), 1u);
+    EXPECT_EQ(clusters->dropped_by_input.front().second, 12 - whole);
+    EXPECT_EQ(clusters->history.elapsed_s.size(), 12) << "the denominator of the share";
+  }
 }
 
 TEST(Clusters, FailWithoutCompleteCluster) {

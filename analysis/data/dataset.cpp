@@ -226,6 +226,10 @@ std::string qualified_name(const AxisChoice& choice) {
   return choice.axis.empty() ? choice.unit : choice.unit + "." + choice.axis;
 }
 
+bool is_earth_rate_removed(const Dataset& dataset) {
+  return dataset.earth_rate_deg_per_h && dataset.bias_zero != kNothingRemoved;
+}
+
 bool is_own_value(std::string_view input) { return input == kSelf || input.starts_with(kAux); }
 std::vector<std::string> block_thermometers(const Dataset& dataset) {
   std::vector<std::string> all = dataset.gradients;

@@ -121,6 +121,9 @@ struct Dataset {
   double step_deg_per_h{};
 };
 
+/// Returns true if a known Earth rate was subtracted from the bias.
+[[nodiscard]] bool is_earth_rate_removed(const Dataset& dataset);
+
 /// Returns the thermometers on the block: the gradient thermometers without those of the shell. The shell is the last
 /// thermometer of `three_point`, and each thermometer with the same name after its last dot ("u1.x.shell" and
 /// "u1.y.shell"). Without gradient thermometers, all thermometers are used; the same applies if none is left.

@@ -188,7 +188,7 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
 void add_angle_uncertainties(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;
-  for (const CompensatedAxis& axis : axes) all.push_back(budget_of_earth_rate(axis.dataset));
+  for (const CompensatedAxis& axis : axes) all.push_back(budget_of_angles(axis.dataset));
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const auto widen = [&](double& maximum, Source source) {
       if (const BudgetRow* row = find_row(all[a], source)) maximum = std::max(maximum, row->standard_uncertainty);

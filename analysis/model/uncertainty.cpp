@@ -314,26 +314,31 @@ BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_p
                                kScaleFactor_ppm, rate_deg_per_h * kPerPpm);
 }
 
-std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
+std::vector<BudgetRow> budget_of_angles(const data::Dataset& dataset) {
   const record::GyroUncertainty& gyro = dataset.gyro_uncertainty;
+  if (!gyro.latitude_deg || !gyro.azimuth_deg || !gyro.elevation_deg) return {};
   std::vector<BudgetRow> rows;
-  if (gyro.latitude_deg && gyro.azimuth_deg && gyro.elevation_deg) {
-    const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
+  const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
+  rows.push_back(
+      stated_or_assumed_row(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
+  rows.push_back(stated_or_assumed_row(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
+  if (gyro.fixture_azimuth_deg && gyro.fixture_elevation_deg) {
+    const FixtureSlopes of = fixture_slopes(gyro);
     rows.push_back(
-        stated_or_assumed_row(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
-    rows.push_back(stated_or_assumed_row(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
-    if (gyro.fixture_azimuth_deg && gyro.fixture_elevation_deg) {
-      const FixtureSlopes of = fixture_slopes(gyro);
-      rows.push_back(
-          stated_or_assumed_row(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
-      rows.push_back(stated_or_assumed_row(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
-      rows.push_back(
-          stated_or_assumed_row(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
-    } else {
-      rows.push_back(stated_or_assumed_row(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
-    }
+        stated_or_assumed_row(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
+    rows.push_back(stated_or_assumed_row(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
+    rows.push_back(
+        stated_or_assumed_row(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
+  } else {
+    rows.push_back(stated_or_assumed_row(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
   }
-  if (dataset.earth_rate_deg_per_h) rows.push_back(budget_of_scale_factor(dataset, *dataset.earth_rate_deg_per_h));
+  return rows;
+}
+
+std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
+  if (!data::is_earth_rate_removed(dataset)) return {};
+  std::vector<BudgetRow> rows = budget_of_angles(dataset);
+  rows.push_back(budget_of_scale_factor(dataset, *dataset.earth_rate_deg_per_h));
   return rows;
 }
 

@@ -99,9 +99,13 @@ struct TrainingBasis {
 /// Returns the budget row for the scale factor error of a measured rate, °/h.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// Returns the budget rows of a bias from which the Earth rate was subtracted. If the record states the angles, these
-/// are rows for latitude, azimuth and tilt (or the angles of a fixture), each with the slope of the Earth rate as its
-/// sensitivity. The scale factor row applies to the Earth rate. Returns no row if no Earth rate was subtracted.
+/// Returns the budget rows for the angles that a record states: latitude, azimuth and tilt (or the angles of a
+/// fixture), each with the slope of the Earth rate as its sensitivity. Returns no row if the record does not state the
+/// angles.
+[[nodiscard]] std::vector<BudgetRow> budget_of_angles(const data::Dataset& dataset);
+
+/// Returns the budget rows of a bias from which the Earth rate was subtracted: those of the angles, and a scale factor
+/// row that applies to the Earth rate. Returns no row if no Earth rate was subtracted.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 
 /// Returns the budget rows for the calibration of a thermometer and for its drift until the run of a record, with this

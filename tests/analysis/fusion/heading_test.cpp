@@ -201,6 +201,7 @@ TEST(FixtureAngles, AreAssumedIndividuallyWhenMissing) {
   const Pose pose{.latitude = 45, .azimuth = 30};
   data::Dataset dataset;
   dataset.gyro_uncertainty = recorded_angles(pose, {0, 0.6, 0.8});
+  dataset.earth_rate_deg_per_h = earth_in(pose).dot(Eigen::Vector3d(0, 0.6, 0.8));
   const auto row = [&](Source source) {
     const auto rows = budget_of_earth_rate(dataset);
     return *std::ranges::find(rows, source, &BudgetRow::source);

@@ -99,6 +99,29 @@ TEST(EarthRate, HasDerivativesEqualToDifferences) {
   EXPECT_NEAR(0.05 * earth_rate_slopes(45, 0, 90).latitude, 0.0093, 5e-5) << "0.05° at 45°";
 }
 
+TEST(EarthRate, HasBudgetOnlyIfSubtracted) {
+  data::Dataset dataset;
+  dataset.gyro_uncertainty = {.latitude_deg = 45, .azimuth_deg = 0, .elevation_deg = 90};
+  const auto angles = budget_of_angles(dataset).size();
+  EXPECT_EQ(angles, 3u) << "latitude, azimuth and tilt";
+  EXPECT_TRUE(budget_of_earth_rate(dataset).empty()) << "the Earth rate is unknown";
+  dataset.bias_zero = data::kOwnReference;
+  dataset.has_own_reference = true;
+  EXPECT_TRUE(budget_of_earth_rate(dataset).empty());
+  dataset = {.bias_zero = std::string(data::kNothingRemoved), .gyro_uncertainty = dataset.gyro_uncertainty};
+  dataset.imported = true;
+  dataset.earth_rate_deg_per_h = 0;
+  EXPECT_TRUE(budget_of_earth_rate(dataset).empty()) << "an import with an Earth rate of 0";
+  dataset.bias_zero = "earth rate removed";
+  dataset.imported = false;
+  dataset.earth_rate_deg_per_h = 10.6;
+  EXPECT_EQ(budget_of_earth_rate(dataset).size(), angles + 1);
+  dataset.gyro_uncertainty = {};
+  const auto only_scale_factor = budget_of_earth_rate(dataset);
+  ASSERT_EQ(only_scale_factor.size(), 1u);
+  EXPECT_EQ(only_scale_factor.front().source, Source::scale_factor);
+}
+
 /// Returns the model with a trained range that contains every record.
 Model model_with_any_range(Model model) {
   model.input_min.setConstant(-1e6);

@@ -328,6 +328,12 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
   return result;
 }
 
+Eigen::Matrix3d rate_covariance(const fusion::Gains& gains, const Eigen::MatrixXd& learnt,
+                                const Eigen::VectorXd& added) {
+  const Eigen::MatrixXd of_axes = learnt + Eigen::MatrixXd(added.asDiagonal());
+  return gains.covariance + gains.rate * of_axes * gains.rate.transpose();
+}
+
 std::vector<Eigen::Index> members(AxisSet set) {
   std::vector<Eigen::Index> all;
   for (Eigen::Index a = 0; set != 0; ++a, set >>= 1)

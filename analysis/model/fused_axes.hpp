@@ -11,6 +11,7 @@
 
 #include "analysis/data/dataset.hpp"
 #include "analysis/fusion/geometry.hpp"
+#include "analysis/fusion/rate_fusion.hpp"
 #include "analysis/fusion/rest.hpp"
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
@@ -89,6 +90,12 @@ struct FusedUncertainty {
   [[nodiscard]] Eigen::MatrixXd varying_covariance() const { return Eigen::MatrixXd(noise.asDiagonal()) + bias; }
 };
 [[nodiscard]] FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s);
+
+/// Returns the covariance of a fused rate vector, (°/h)²: that of its axes' varying errors, the errors that training
+/// and use share (`learnt`), and the variance `added` to each axis outside its trained range. The last two contain only
+/// the axes of `gains`. Every U of a fused rate comes from this covariance.
+[[nodiscard]] Eigen::Matrix3d rate_covariance(const fusion::Gains& gains, const Eigen::MatrixXd& learnt,
+                                              const Eigen::VectorXd& added);
 
 /// Returns the indices of the axes in a set, in ascending order.
 [[nodiscard]] std::vector<Eigen::Index> members(AxisSet set);

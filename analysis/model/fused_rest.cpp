@@ -135,22 +135,23 @@ std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch
                                             const FusionOptions& options) {
   const fusion::Attitude& attitude = *axes.attitude;
   const std::vector<Eigen::Index> in = members(stretch.set);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(std::ssize(in));
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(std::ssize(in)), added = mean;
   double count = 0;
   for (const Eigen::Index row : stretch.rows) {
     const Eigen::VectorXd readings = axes.rate_deg_per_h.row(row)(in).transpose();
     if (!readings.allFinite()) continue;
     mean += readings;
+    added += axes.added_variance.row(row)(in).transpose();
     ++count;
   }
   const FusedUncertainty uncertainty = uncertainty_of_means(axes, std::max(1.0, count));
   const auto geometry = geometry_of_set(axes, stretch.set, uncertainty.varying_covariance());
   if (!geometry || count == 0) return std::nullopt;
   mean /= count;
+  added /= count;
   const fusion::Gains gains = compute_gains(*geometry);
   fusion::FusedRate rate = fuse_readings(gains, mean);
-  const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
-  rate.covariance += gains.rate * learnt * gains.rate.transpose();
+  rate.covariance = rate_covariance(gains, uncertainty.learnt(in, in), added);
   RestStretch rest{.name = stretch.name,
                    .start_s = axes.time_s(stretch.rows.front()),
                    .end_s = axes.time_s(stretch.rows.back()) + 1};
@@ -160,9 +161,9 @@ std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch
   add_heading(rest, rate, attitude);
   fusion::Geometry reading = *geometry;
   reading.covariance = uncertainty.noise(in).asDiagonal();
-  const auto estimate = estimate_at_rest(
-      reading, mean, attitude,
-      {.mean_deg_per_h = Eigen::VectorXd::Zero(std::ssize(in)), .covariance = uncertainty.bias(in, in)});
+  const Eigen::MatrixXd bias = uncertainty.bias(in, in) + Eigen::MatrixXd(added.asDiagonal());
+  const auto estimate = estimate_at_rest(reading, mean, attitude,
+                                         {.mean_deg_per_h = Eigen::VectorXd::Zero(std::ssize(in)), .covariance = bias});
   if (estimate) add_estimate(rest, *estimate, options.watch.false_alarm_probability);
   return rest;
 }
@@ -181,29 +182,33 @@ void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
 }
 
 /// Returns the share of the components of cluster means whose error is within U, computed for the axes that were fused
-/// in the last second of the cluster.
-std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
-                                   const Eigen::MatrixXd& weight_covariance, const ClusterMeans& means,
+/// in the last second of the cluster. Outside the trained range of an axis, U includes the variance that is added
+/// there.
+std::optional<double> share_within(const FusedAxes& axes, const FusionOptions& options, const ClusterMeans& means,
                                    const FusedRun& run) {
+  const FusedUncertainty uncertainty = uncertainty_of_means(axes, options.cluster_s);
+  const Eigen::MatrixXd weight_covariance = uncertainty_of_means(axes, options.averaging_s).varying_covariance();
+  const Eigen::MatrixXd added = cluster_means(axes.time_s, axes.added_variance, options.cluster_s).mean;
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();
-  std::map<AxisSet, Eigen::RowVector3d> expanded;
+  std::map<AxisSet, std::optional<fusion::Gains>> gains_of_set;
   double within = 0, known = 0;
   for (Eigen::Index k = 0; k < means.end_s.size(); ++k) {
     if (!means.mean.row(k).allFinite()) continue;
     const auto last = std::ranges::lower_bound(run.time_s, means.end_s(k)) - run.time_s.begin() - 1;
     const AxisSet set = run.used[static_cast<std::size_t>(last)];
-    const auto [at, is_new] = expanded.try_emplace(set, Eigen::RowVector3d::Zero());
-    const auto geometry = geometry_of_set(axes, set, uncertainty.varying_covariance());
-    const auto weights = geometry_of_set(axes, set, weight_covariance);
-    if (is_new && geometry && weights) {
-      const auto in = members(set);
-      const fusion::Gains gains = weighted_gains(*geometry, *weights);
-      const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
-      const Eigen::Matrix3d covariance = gains.covariance + gains.rate * learnt * gains.rate.transpose();
-      at->second = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+    const auto [at, is_new] = gains_of_set.try_emplace(set);
+    if (is_new) {
+      const auto geometry = geometry_of_set(axes, set, uncertainty.varying_covariance());
+      const auto weights = geometry_of_set(axes, set, weight_covariance);
+      if (geometry && weights) at->second = weighted_gains(*geometry, *weights);
     }
-    within += static_cast<double>(((means.mean.row(k) - earth).cwiseAbs().array() <= at->second.array()).count());
     known += 3;
+    if (!at->second) continue;
+    const auto in = members(set);
+    const Eigen::Matrix3d covariance =
+        rate_covariance(*at->second, uncertainty.learnt(in, in), added.row(k)(in).transpose());
+    const Eigen::RowVector3d expanded = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+    within += static_cast<double>(((means.mean.row(k) - earth).cwiseAbs().array() <= expanded.array()).count());
   }
   return known > 0 ? std::optional(within / known) : std::nullopt;
 }
@@ -212,7 +217,6 @@ void evaluate_errors(const FusedAxes& axes, const FusionOptions& options, FusedR
   const Eigen::Vector3d earth = earth_in_fixture(*axes.attitude);
   const ClusterMeans means = cluster_means(axes.time_s, run.rate_deg_per_h, options.cluster_s);
   const Eigen::MatrixXd readings = cluster_means(axes.time_s, axes.rate_deg_per_h, options.cluster_s).mean;
-  const FusedUncertainty uncertainty = uncertainty_of_means(axes, options.cluster_s);
   const AxisSet all = ~AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
   FusionSummary& summary = run.summary;
   summary.error = rate_error(means.mean, earth);
@@ -226,7 +230,7 @@ void evaluate_errors(const FusedAxes& axes, const FusionOptions& options, FusedR
     summary.axes[static_cast<std::size_t>(a)].error_rms_deg_per_h =
         std::sqrt(deviation.isFinite().select(deviation.square(), 0).sum() / known);
   }
-  summary.within_expanded = share_within(axes, uncertainty, differing, means, run);
+  summary.within_expanded = share_within(axes, options, means, run);
 }
 
 }  // namespace

@@ -21,14 +21,13 @@ constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
-  /// The covariance of the rate vector, (°/h)², including the errors that training and use share.
-  Eigen::Matrix3d covariance;
+  /// Covariance of the errors that training and use share, (°/h)².
+  Eigen::MatrixXd learnt;
 };
 
 /// Returns U of the rate vector's components, °/h, with the variance `added` added to each axis.
 Eigen::RowVector3d expanded_uncertainty(const SetOfAxes& set, const Eigen::VectorXd& added) {
-  const Eigen::Matrix3d covariance = set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
-  return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+  return kFusionCoverage * rate_covariance(set.gains, set.learnt, added).diagonal().cwiseSqrt().transpose();
 }
 
 /// Gains of each set of axes, computed when the set first occurs.
@@ -49,11 +48,10 @@ class FusionCache {
     if (!geometry) return std::nullopt;
     const auto weights = geometry_of_set(axes_, set, averaged_.varying_covariance());
     if (!weights) return std::nullopt;
-    SetOfAxes one{.gains = weighted_gains(*geometry, *weights), .test = {}, .covariance = {}};
+    SetOfAxes one{.gains = weighted_gains(*geometry, *weights), .test = {}, .learnt = {}};
     one.test = parity_test(one.gains, *geometry);
     const auto in = members(set);
-    const Eigen::MatrixXd learnt = second_.learnt(in, in);
-    one.covariance = one.gains.covariance + one.gains.rate * learnt * one.gains.rate.transpose();
+    one.learnt = second_.learnt(in, in);
     return one;
   }
   const FusedAxes& axes_;

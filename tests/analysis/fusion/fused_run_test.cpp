@@ -308,6 +308,44 @@ TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
   EXPECT_EQ(run.summary.axes[1].outside_s, 500);
 }
 
+/// Each axis is off by more than its budget explains, but within the variance that is added outside its trained range.
+TEST(FusedRun, HasSameUncertaintyInShareWithinAsInSeconds) {
+  constexpr double kOff_deg_per_h = 0.05, kAdded = 0.01;
+  for (const Eigen::Index outside : {0, 10000, 20000}) {
+    SCOPED_TRACE(outside);
+    FusedAxes axes = make_resting_axes(regular_tetrad(), 20000, 1);
+    axes.rate_deg_per_h.topRows(outside).col(1).array() += kOff_deg_per_h;
+    axes.added_variance.topRows(outside).setConstant(kAdded);
+    for (Eigen::Index row = 0; row < outside; ++row) axes.outside[static_cast<std::size_t>(row)] = 0b1111;
+    const FusedRun run = fused_run(axes);
+    ASSERT_TRUE(run.summary.within_expanded);
+    EXPECT_GT(*run.summary.within_expanded, 0.9);
+    const FusedAxes untouched = make_resting_axes(regular_tetrad(), 20000, 1);
+    FusedAxes without = axes;
+    without.added_variance.setZero();
+    if (outside > 0) {
+      EXPECT_LT(*fused_run(without).summary.within_expanded, 0.75);
+    } else {
+      EXPECT_EQ(*run.summary.within_expanded, *fused_run(untouched).summary.within_expanded);
+    }
+  }
+}
+
+/// In a hold outside the trained range, U of its mean and the prior of the biases include the added variance.
+TEST(FusedRun, WidensMeanOfHoldOutsideTrainedRange) {
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 4000, 1);
+  const RestStretch inside = *fused_run(axes).summary.rest;
+  axes.added_variance.setConstant(0.04);
+  axes.outside.assign(4000, 0b1111);
+  const RestStretch outside = *fused_run(axes).summary.rest;
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(std::pow(outside.rate.expanded_deg_per_h[k], 2) - std::pow(inside.rate.expanded_deg_per_h[k], 2),
+                4 * 0.04 * 3 / 4, 1e-9)
+        << "the four axes of a tetrad contribute √3/4 each";
+  ASSERT_FALSE(inside.bias_std_deg_per_h.empty());
+  EXPECT_LT(outside.statistic, inside.statistic);
+}
+
 TEST(FusedRun, RejectsTwoAxes) {
   auto axes = fusion::triad_axes(1);
   axes.pop_back();

@@ -371,7 +371,7 @@ Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::stri
 }
 
 Result<void> check_same_reference(const Dataset& one, std::string_view other_zero, std::string_view called) {
-  if (one.bias_zero == other_zero && one.bias_zero != kOwnReference) return {};
+  if (have_same_zero(one.bias_zero, other_zero)) return {};
   if (one.bias_zero == other_zero)
     return failure(
         FaultKind::usage, one.path,

@@ -50,6 +50,12 @@ struct Dataset;
 /// then not comparable.
 inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
+/// Returns true if biases with these references have the same zero. Two records that each refer to a mean of their own
+/// have different zeros, although the names of the references are equal.
+[[nodiscard]] inline bool have_same_zero(std::string_view a, std::string_view b) {
+  return a == b && a != kOwnReference;
+}
+
 /// Bias reference of a record from whose bias nothing was subtracted: an imported record whose map states no Earth
 /// rate, or 0.
 inline constexpr std::string_view kNothingRemoved = "nothing removed";

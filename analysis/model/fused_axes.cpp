@@ -280,8 +280,7 @@ Result<FusedAxes> compensate_axes(const std::vector<CompensatedAxis>& axes, Outs
     fused.directions.row(at) =
         Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
     fused.models.push_back(axis.model);
-    const data::Dataset& dataset = axis.dataset;
-    for (const std::string& warning : origin_warnings(axis.model, dataset.of, dataset.identity, dataset.bias_zero))
+    for (const std::string& warning : origin_warnings(axis.model, find_origin(axis.dataset)))
       fused.warnings.push_back(fused.names.back() + ": " + warning);
     fused.step_deg_per_h.push_back(axis.dataset.step_deg_per_h);
     if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());

@@ -161,23 +161,41 @@ const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> origin_warnings(const Model& model, const data::AxisChoice& of, std::string_view identity,
-                                         std::string_view bias_zero) {
+Origin find_origin(const data::Dataset& dataset) {
+  return {.of = dataset.of, .identity = dataset.identity, .bias_zero = dataset.bias_zero, .run_id = dataset.run_id};
+}
+
+namespace {
+
+/// Returns true if the zero of a training record differs from that of the biases.
+bool has_other_zero(const TrainingRecord& record, const Origin& origin) {
+  if (record.bias_zero.empty() || origin.bias_zero.empty()) return false;
+  const bool is_same_record = record.run_id == origin.run_id && record.bias_zero == origin.bias_zero;
+  return !is_same_record && !data::have_same_zero(record.bias_zero, origin.bias_zero);
+}
+
+}  // namespace
+
+std::vector<std::string> origin_warnings(const Model& model, const Origin& origin) {
   std::vector<std::string> warnings;
-  if (const auto* other = find_other_gyro(model, identity))
+  if (const auto* other = find_other_gyro(model, origin.identity))
     warnings.push_back(fmt::format("the model belongs to another gyro: it was trained on {}, this record is of {}",
-                                   other->identity, identity));
-  if (const auto* other = find_other_axis(model, of))
+                                   other->identity, origin.identity));
+  if (const auto* other = find_other_axis(model, origin.of))
     warnings.push_back(fmt::format("the model belongs to another axis: it was trained on {}, this is {}",
-                                   qualified_name(other->of), qualified_name(of)));
-  const auto has_other_reference = [&](const TrainingRecord& record) {
-    return !record.bias_zero.empty() && !bias_zero.empty() && record.bias_zero != bias_zero;
-  };
-  if (const auto other = std::ranges::find_if(model.trained_on, has_other_reference); other != model.trained_on.end())
-    warnings.push_back(
-        fmt::format("the model was trained with the bias reference \"{}\", but this record uses \"{}\": the "
-                    "constant difference of the two references remains in the residual",
-                    other->bias_zero, bias_zero));
+                                   qualified_name(other->of), qualified_name(origin.of)));
+  const auto other = std::ranges::find_if(model.trained_on,
+                                          [&](const TrainingRecord& record) { return has_other_zero(record, origin); });
+  if (other == model.trained_on.end()) return warnings;
+  const bool is_own_mean = other->bias_zero == origin.bias_zero;
+  warnings.push_back(
+      is_own_mean
+          ? fmt::format("the bias reference of the model and that of this record are means of different "
+                        "records ({}): the residual contains the unknown difference of the two references",
+                        origin.bias_zero)
+          : fmt::format("the model was trained with the bias reference \"{}\", but this record uses \"{}\": the "
+                        "constant difference of the two references remains in the residual",
+                        other->bias_zero, origin.bias_zero));
   return warnings;
 }
 

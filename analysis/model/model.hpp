@@ -197,10 +197,17 @@ struct Prediction {
 [[nodiscard]] const TrainingRecord* find_other_gyro(const Model& model, std::string_view identity);
 /// Returns the first training record that belongs to another axis of this unit; null if no record states another axis.
 [[nodiscard]] const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice& of);
-/// Returns warnings for a model of another gyro, of another axis, or of a bias with another reference. An empty
-/// identity or reference is unknown and causes no warning.
-[[nodiscard]] std::vector<std::string> origin_warnings(const Model& model, const data::AxisChoice& of,
-                                                       std::string_view identity, std::string_view bias_zero);
+/// Origin of the biases to which a model is applied. An empty member is unknown.
+struct Origin {
+  data::AxisChoice of{};
+  std::string identity{}, bias_zero{}, run_id{};
+};
+[[nodiscard]] Origin find_origin(const data::Dataset& dataset);
+
+/// Returns warnings for a model of another gyro, of another axis, or of a bias with another zero. The zero also differs
+/// if the model and the record each refer to the mean of their own first hold. An unknown identity or reference causes
+/// no warning.
+[[nodiscard]] std::vector<std::string> origin_warnings(const Model& model, const Origin& origin);
 
 /// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the model has no predictive variance.
 [[nodiscard]] Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs);

@@ -197,8 +197,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
     warnings.push_back(
         fmt::format("the intervals do not hold: {:.1f} % of {} means lie within their {:.0f} % intervals",
                     100 * result.coverage->seen, result.coverage->clusters, 100 * result.coverage->nominal));
-  std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
-                    std::back_inserter(warnings));
+  std::ranges::move(origin_warnings(model, find_origin(dataset)), std::back_inserter(warnings));
   if (auto warning = over_fit_warning(result.compensated, result.floor, share_of_parameters(model, result)))
     warnings.push_back(*warning);
   if (const RangeExceedance& outside = result.outside; outside.clusters > 0) {

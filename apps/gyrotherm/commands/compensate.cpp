@@ -329,7 +329,8 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
     const std::string bias_zero = table->bias_zero();
     auto opened = Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
     if (!opened) return opened;
-    for (const std::string& warning : origin_warnings(*model, axis_for(*model, options.axis), "", bias_zero))
+    for (const std::string& warning :
+         origin_warnings(*model, {.of = axis_for(*model, options.axis), .bias_zero = bias_zero}))
       console.print_message("warning: " + warning);
     if (*noise)
       console.print_message("tracking the residual bias, " + describe(**noise) +

@@ -66,7 +66,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
   auto dataset = data::load_dataset(files, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_one_row_per_second(*dataset); !checked) return failure(checked.error());
-  for (const std::string& warning : origin_warnings(*model, dataset->of, dataset->identity, dataset->bias_zero))
+  for (const std::string& warning : origin_warnings(*model, model::find_origin(*dataset)))
     console.print_message("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());

@@ -78,6 +78,14 @@ TEST(Dataset, RemovesMeanOfFirstHoldWhenEarthRateIsUnknown) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
 
+TEST(Dataset, HasOwnZeroIfReferenceIsMeanOfRecord) {
+  EXPECT_TRUE(have_same_zero("earth rate removed", "earth rate removed"));
+  EXPECT_TRUE(have_same_zero(kNothingRemoved, kNothingRemoved));
+  EXPECT_FALSE(have_same_zero("earth rate removed", kNothingRemoved));
+  EXPECT_FALSE(have_same_zero(kOwnReference, kNothingRemoved));
+  EXPECT_FALSE(have_same_zero(kOwnReference, kOwnReference)) << "each record has another mean";
+}
+
 TEST(Dataset, AddsEarthRateWhenUnitIsTurnedAround) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};

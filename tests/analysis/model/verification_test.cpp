@@ -282,6 +282,29 @@ TEST_F(LinearModelVerification, WarnsIfReferenceIsMeanOfRecord) {
   EXPECT_TRUE(has_warning(verified(dataset), kWords));
 }
 
+TEST_F(LinearModelVerification, WarnsIfReferencesAreMeansOfDifferentRecords) {
+  constexpr const char* kWords = "are means of different records (mean of the first hold removed)";
+  data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();
+  for (data::Dataset* dataset : {&trained, &unseen}) {
+    dataset->bias_zero = data::kOwnReference;
+    dataset->has_own_reference = true;
+  }
+  TrainingOptions options;
+  options.inputs = "seven-point";
+  options.method = "linear";
+  const Model model = *train({trained}, {*make_clusters(trained)}, options);
+  const auto back = model_from_json(to_json(model), "model.json");
+  ASSERT_TRUE(back) << text(back.error());
+  EXPECT_TRUE(has_warning(*verify(*back, unseen, *make_clusters(unseen)), kWords));
+  EXPECT_FALSE(has_warning(*verify(*back, trained, *make_clusters(trained)), kWords)) << "the same record";
+  EXPECT_TRUE(origin_warnings(*back, {.bias_zero = ""}).empty()) << "unknown";
+  EXPECT_EQ(origin_warnings(*back, {.bias_zero = std::string(data::kOwnReference)}).size(), 1u)
+      << "a record without identity is another one";
+  unseen.bias_zero = "earth rate removed";
+  unseen.has_own_reference = false;
+  EXPECT_TRUE(has_warning(*verify(*back, unseen, *make_clusters(unseen)), "this record uses \"earth rate removed\""));
+}
+
 TEST_F(LinearModelVerification, WarnsOfResidualBelowFloor) {
   const data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);

@@ -304,7 +304,8 @@ struct ModelVerification {
   /// none.
   std::string farthest_term{};
   double farthest{};
-  /// Observed coverage of the intervals; absent for a model without an uncertainty.
+  /// Observed coverage of the intervals; absent for a model without an uncertainty, and if the bias reference is a mean
+  /// of the record.
   std::optional<model::Coverage> coverage{};
 };
 

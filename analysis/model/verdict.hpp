@@ -38,8 +38,8 @@ struct Verdict {
   double effective{};
   /// True if the gain is undecided because the RMSE is smaller and the STD is not: the model removes an offset only.
   bool only_offset{};
-  /// False if the share of means inside their intervals is significantly below the nominal share. No value in-sample or
-  /// without intervals.
+  /// False if the share of means inside their intervals is significantly below the nominal share. No value in-sample,
+  /// without intervals, or if the bias reference is a mean of the record.
   std::optional<bool> intervals_hold = {};
 };
 

@@ -148,7 +148,8 @@ double share_of_parameters(const Model& model, const Verification& result) {
   return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * result.compensated.count / all : 0;
 }
 
-/// Judges the gain on the clusters with a residual, and the intervals.
+/// Judges the gain on the clusters with a residual, and the intervals. Without a coverage the intervals have no
+/// verdict.
 Verdict judge(const Verification& result, const data::Clusters& clusters) {
   constexpr int kFewest = 8;
   const Rows rows = data::finite_rows(result.residual_deg_per_h);
@@ -169,11 +170,11 @@ Verdict judge(const Verification& result, const data::Clusters& clusters) {
 std::vector<std::string> make_warnings(const Verification& result, const Model& model, const data::Dataset& dataset,
                                        const data::Clusters& clusters) {
   std::vector<std::string> warnings;
-  if (dataset.has_own_reference) {
-    warnings.push_back(
-        "the bias reference is computed from this record, " + dataset.bias_zero +
-        ": mean, RMSE and maximum of the residual exclude a constant error; its STD does not depend on the reference");
-  }
+  if (dataset.has_own_reference)
+    warnings.push_back(fmt::format(
+        "the bias reference is computed from this record, {}, so the zero of the bias is unknown: mean, RMSE and "
+        "maximum of the residual contain an unknown constant; only the STD does not depend on it{}",
+        dataset.bias_zero, model.uncertainty ? "; the intervals are not judged" : ""));
   if (dataset.stopped_in)
     warnings.push_back(
         fmt::format("the run was stopped in segment {} of {}: results over the whole run cover its part until then",
@@ -306,7 +307,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
   result.outside = summarise_outside(model, ranged, outside);
-  if (model.uncertainty) {
+  if (model.uncertainty && !dataset.has_own_reference) {
     const auto half_width = interval_half_widths(model, *model.uncertainty, dataset, clusters);
     if (!half_width) return failure(half_width.error());
     result.coverage = find_coverage(residual, *half_width, clusters);

@@ -107,7 +107,7 @@ struct Verification {
   /// Set if rows of the record are in a training record of another file. Implies trained_on_this.
   bool has_training_rows{};
   std::string bias_zero;
-  /// True if the bias reference is a mean of this record.
+  /// True if the bias reference is a mean of this record, so the zero of the bias is unknown.
   bool has_own_reference{};
   data::Figures raw;
   data::Figures compensated;
@@ -127,7 +127,8 @@ struct Verification {
   Eigen::VectorXd residual_deg_per_h;
   std::vector<SegmentFigures> segments;
   RangeExceedance outside;
-  /// Empty for a model without an uncertainty.
+  /// Empty for a model without an uncertainty, and for a record whose bias reference is its own mean: the unknown
+  /// constant in its residual would decide which means lie inside their intervals.
   std::optional<Coverage> coverage;
   /// Verdict on the gain and the intervals, on the clusters with a residual.
   Verdict verdict;

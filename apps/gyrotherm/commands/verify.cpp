@@ -54,6 +54,8 @@ std::string describe_floor(const model::Verification& v) {
 }
 
 std::string describe_coverage(const model::Verification& v) {
+  if (v.has_own_reference)
+    return "  intervals of compensated means: not judged, because the bias reference is a mean of this record\n";
   if (!v.coverage) return "  intervals of compensated means: unknown, the model has no uncertainty budget\n";
   const model::Coverage& c = *v.coverage;
   return fmt::format(

@@ -282,6 +282,28 @@ TEST_F(LinearModelVerification, WarnsIfReferenceIsMeanOfRecord) {
   EXPECT_TRUE(has_warning(verified(dataset), kWords));
 }
 
+/// A constant is not an error of the intervals if the zero of the bias is unknown, whatever its size.
+TEST_F(LinearModelVerification, DoesNotJudgeIntervalsIfZeroIsUnknown) {
+  for (const double constant : {0.0, 0.02, 12.0}) {
+    SCOPED_TRACE(constant);
+    data::Dataset dataset = unseen_run();
+    dataset.bias_deg_per_h.array() += constant;
+    dataset.bias_zero = data::kOwnReference;
+    dataset.has_own_reference = true;
+    const Verification result = verified(dataset);
+    EXPECT_FALSE(result.coverage);
+    EXPECT_FALSE(result.verdict.intervals_hold.has_value());
+    EXPECT_EQ(result.verdict.gain, Gain::improves) << "the STD still counts";
+    EXPECT_FALSE(has_warning(result, "the intervals do not hold"));
+    EXPECT_TRUE(has_warning(result, "mean, RMSE and maximum of the residual contain an unknown constant"));
+    EXPECT_TRUE(has_warning(result, "; the intervals are not judged"));
+    EXPECT_FALSE(has_warning(result, "exclude a constant"));
+    Model without = model_;
+    without.uncertainty.reset();
+    EXPECT_FALSE(has_warning(*verify(without, dataset, *make_clusters(dataset)), "not judged"));
+  }
+}
+
 TEST_F(LinearModelVerification, WarnsIfReferencesAreMeansOfDifferentRecords) {
   constexpr const char* kWords = "are means of different records (mean of the first hold removed)";
   data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();

@@ -113,13 +113,38 @@ ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<mod
               models, [&](const auto& m) { return cluster_allan_curve(residual_after(m), run.clusters); })};
 }
 
-model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, RunMember on) {
-  const double raw = (models.multi_point.*on).raw.std, three = (models.three_point.*on).compensated.std;
+/// Returns the clusters with a residual of each of the three models. Only on these are they comparable with each other
+/// and with the raw bias.
+std::vector<Eigen::Index> find_common_rows(const model::PerModel<model::TrainedModel>& models, RunMember on) {
+  Eigen::VectorXd all = (models.three_point.*on).residual_deg_per_h;
+  for_each_model(models, [&](const char*, const model::TrainedModel& model) { all += (model.*on).residual_deg_per_h; });
+  return data::finite_rows(all);
+}
+
+/// Returns the figures of the raw bias on some of the clusters of a verification.
+data::Figures raw_at(const model::Verification& of, const data::RecordedRun& run,
+                     const std::vector<Eigen::Index>& rows) {
+  const bool are_all = of.compensated.count == std::ssize(rows);
+  return are_all ? of.raw : compute_figures(run.clusters.bias_deg_per_h(rows), run.clusters, rows);
+}
+
+/// Returns the figures of the compensated bias on some of the clusters of a verification.
+data::Figures compensated_at(const model::Verification& of, const data::RecordedRun& run,
+                             const std::vector<Eigen::Index>& rows) {
+  const bool are_all = of.compensated.count == std::ssize(rows);
+  return are_all ? of.compensated : compute_figures(of.residual_deg_per_h(rows), run.clusters, rows);
+}
+
+model::PerModel<ReportedGain> compute_gains(const data::RecordedRun& run, const data::Figures& raw,
+                                            const model::PerModel<model::TrainedModel>& models, RunMember on,
+                                            const std::vector<Eigen::Index>& rows) {
+  const auto std_of = [&](const model::TrainedModel& model) { return compensated_at(model.*on, run, rows).std; };
+  const double three = std_of(models.three_point);
   const auto gain_over_three_point = [&](const model::TrainedModel& model) -> ReportedGain {
-    const data::Improvement gain = data::improvement(raw, three, (model.*on).compensated.std);
+    const data::Improvement gain = data::improvement(raw.std, three, std_of(model));
     return {gain.multi_point_from_original, gain.paper_ratio, gain.residual_reduction};
   };
-  const double of_three = data::improvement(raw, three, three).three_point_from_original;
+  const double of_three = data::improvement(raw.std, three, three).three_point_from_original;
   return {{.from_original = of_three},
           gain_over_three_point(models.multi_point),
           gain_over_three_point(models.multi_point_t)};
@@ -134,6 +159,8 @@ ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model:
     assert((model.*on).residual_deg_per_h.size() == run.clusters.bias_deg_per_h.size());
     assert((model.*on).segments.size() == verification.segments.size());
   });
+  const std::vector<Eigen::Index> rows = find_common_rows(models, on);
+  const data::Figures raw = raw_at(verification, run, rows);
   return {
       .in_sample = in_sample,
       .profile = run.dataset.profile_name,
@@ -147,9 +174,9 @@ ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model:
       .dropped_rest = run.clusters.dropped_rest,
       .dropped_gaps = run.clusters.dropped_gaps,
       .gaps_s = run.dataset.gaps_s,
-      .raw = verification.raw,
+      .raw = raw,
       .residual = apply_to_models(models, [&](const model::TrainedModel& model) { return make_residual(model.*on); }),
-      .gain = compute_gains(models, on),
+      .gain = compute_gains(run, raw, models, on, rows),
       .noise = make_noise(run, models, on),
       .characterisation = model::characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
       .series = make_series(run, models, on)};
@@ -232,7 +259,8 @@ std::vector<ReportedMethod> make_methods(const model::Qualification& qualificati
   return rows;
 }
 
-/// Collects the later runs. Raw bias and noise floor are the same for every model.
+/// Collects the later runs. The noise floor is the same for every model; the raw bias is that of the clusters with a
+/// residual of the multi-point model.
 std::vector<ReportedLaterRun> collect_later_runs(const ReportSource& source) {
   std::vector<ReportedLaterRun> all;
   const std::vector<model::Verification>& verified = source.qualification.models.multi_point.later;

@@ -296,6 +296,8 @@ FigureLine allan_line(Stage stage, const data::AllanCurve& curve) {
 /// One axis of one record, with the result of each model.
 struct VerifiedRun {
   const data::RecordedRun& run;
+  /// Uncompensated bias in the clusters with a residual of the last model, with which the report compares it; without a
+  /// model, in all clusters.
   data::Figures raw{};
   data::HoldNoise noise{};
   struct ModelResult {
@@ -324,6 +326,7 @@ Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedR
       budget = std::move(*made);
     }
     auto noise = measure_compensated_hold_noise(run.dataset, run.clusters, verification->residual_deg_per_h);
+    verified.raw = verification->raw;
     verified.models.push_back({stage, &**model, std::move(*verification), std::move(budget), std::move(noise)});
   }
   return verified;

@@ -124,6 +124,7 @@ struct ReportedRun {
   data::NoiseFloor floor;
   int clusters{}, dropped_rest{}, dropped_gaps{};
   std::vector<std::pair<double, double>> gaps_s;
+  /// Raw bias of the clusters with a residual of each of the three models.
   data::Figures raw;
   model::PerModel<ReportedResidual> residual;
   model::PerModel<ReportedGain> gain;
@@ -175,6 +176,7 @@ struct ReportedLaterRun {
   std::string name;  ///< "30 days later", or the file name
   std::string profile, run_id, record_sha256;
   data::NoiseFloor floor;
+  /// Raw bias of the clusters with a residual of the multi-point model.
   data::Figures raw;
 };
 

@@ -291,8 +291,9 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.trained_on_this = is_of_same_run || result.has_training_rows;
   result.bias_zero = dataset.bias_zero;
   result.has_own_reference = dataset.has_own_reference;
-  result.raw = compute_figures(clusters.bias_deg_per_h, clusters);
-  result.compensated = figures_where([](Eigen::Index) { return true; });
+  const Rows compared = data::finite_rows(residual);
+  result.raw = compute_figures(clusters.bias_deg_per_h(compared), clusters, compared);
+  result.compensated = compute_figures(residual(compared), clusters, compared);
   if (result.compensated.count == 0) {
     return failure(FaultKind::usage, dataset.path, no_result_reason(known, ranged.rows.size()));
   }

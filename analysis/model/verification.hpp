@@ -109,8 +109,8 @@ struct Verification {
   std::string bias_zero;
   /// True if the bias reference is a mean of this record, so the zero of the bias is unknown.
   bool has_own_reference{};
-  data::Figures raw;
-  data::Figures compensated;
+  /// Raw and compensated bias of the same clusters, those with a residual.
+  data::Figures raw, compensated;
   /// Figures of the compensated bias in ramps and holds; the count is 0 if there are none.
   data::Figures ramps, holds;
   /// Figures of the first 10 min after each corner, where the temperature profile changes its slope.

@@ -203,6 +203,23 @@ TEST(CoverageBounds, AgreeWithVerdictOnIntervals) {
   EXPECT_GT(failing, 0);
 }
 
+/// The report compares the raw bias with the compensated one, so both are of the clusters with a residual.
+TEST(WholeRun, IsOfSameClustersBeforeAndAfterCompensation) {
+  data::RecordedRun run = SyntheticExperiment().random;
+  run.clusters.bias_deg_per_h(0) += 100;
+  model::Model left = plane_in_a("another run");
+  left.terms = {data::rate_term("A")};
+  CalibrationReport report;
+  ASSERT_TRUE(add_results(report, {.label = "x", .runs = {run}, .left = left}));
+  int tables = 0;
+  for (const ResultTable& table : report.results) {
+    if (table.key != "whole_run") continue;
+    ++tables;
+    EXPECT_LT(find_column(table, "largest")->values.front().value, 50) << name(table.stage);
+  }
+  EXPECT_EQ(tables, 2);
+}
+
 /// The two positions have the rates r± = b ± Ω. b is half of their sum for any scale factor; Ω is proportional to the
 /// scale factor.
 TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {

@@ -229,6 +229,27 @@ std::string good_report() {
   return text;
 }
 
+/// The first cluster is an outlier without a residual of one model. Without it, the model does not improve anything.
+TEST(Report, ComparesModelsAndRawBiasOnSameClusters) {
+  SyntheticExperiment experiment;
+  auto& models = experiment.qualification.models;
+  const Report before = experiment.report();
+  EXPECT_EQ(before.random.raw.count, experiment.random.clusters.start_s.size());
+  experiment.random.clusters.bias_deg_per_h(0) += 100;
+  models.three_point.random.residual_deg_per_h(0) += 100;
+  models.multi_point_t.random.residual_deg_per_h(0) = std::numeric_limits<double>::quiet_NaN();
+  const Report report = experiment.report();
+  EXPECT_EQ(report.random.raw.count, before.random.raw.count - 1);
+  EXPECT_NEAR(report.random.raw.std, before.random.raw.std, 0.05 * before.random.raw.std);
+  for (const auto& [found, expected] : {std::pair{report.random.gain.three_point, before.random.gain.three_point},
+                                        {report.random.gain.multi_point, before.random.gain.multi_point},
+                                        {report.random.gain.multi_point_t, before.random.gain.multi_point_t}}) {
+    EXPECT_NEAR(found.from_original, expected.from_original, 0.02);
+  }
+  EXPECT_NEAR(report.random.gain.multi_point_t.residual_reduction, before.random.gain.multi_point_t.residual_reduction,
+              0.02);
+}
+
 TEST(ReportFile, ReadsBackWrittenReport) {
   const SyntheticExperiment experiment;
   const auto report = read_report(good_report(), "report.json");

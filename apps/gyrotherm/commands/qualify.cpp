@@ -289,14 +289,18 @@ std::string later_table(const report::Report& report) {
 }
 
 /// Returns three lines: the result, its uncertainty, and the file of the report.
-std::string summarise(const report::Report& report, const std::string& path) {
+std::string summarise(const report::Report& report, const model::Qualification& trained, const std::string& path) {
   const auto& methods = report.methods;
   const auto found = std::ranges::find(methods, report.recommendation.recommended, &report::ReportedMethod::name);
   if (found == methods.end()) return fmt::format("report:      {}\n", path);
   const report::ReportedVerification& unseen = found->random;
-  std::string text = fmt::format("result:      {} on {} lowers the STD of an unseen run from {:.5f} to {:.5f} °/h{}\n",
-                                 found->method, found->inputs, report.random.raw.std, unseen.figures.std,
-                                 report.rig.is_virtual ? " (SIMULATED)" : "");
+  double raw_std = report.random.raw.std;
+  for_each_trained(trained, [&](const std::string& name, const model::TrainedModel& model) {
+    if (name == found->name) raw_std = model.random.raw.std;  // of the same clusters
+  });
+  std::string text =
+      fmt::format("result:      {} on {} lowers the STD of an unseen run from {:.5f} to {:.5f} °/h{}\n", found->method,
+                  found->inputs, raw_std, unseen.figures.std, report.rig.is_virtual ? " (SIMULATED)" : "");
   if (found->uncertainty)
     text += fmt::format("uncertainty: U = {:.5f} °/h (k = {:.2f})", found->uncertainty->expanded_deg_per_h,
                         found->uncertainty->coverage_factor);
@@ -333,7 +337,7 @@ Result<Exit> print_outcome(Console& console, const QualifyArguments& options, co
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.print_message(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
-  auto last = timings.describe() + summarise(report, options.out + "/report/report.html");
+  auto last = timings.describe() + summarise(report, trained, options.out + "/report/report.html");
   last.pop_back();
   console.print_message(last);
   return overall_verdict(report) == "FAIL" ? Exit::outside_limits : Exit::done;

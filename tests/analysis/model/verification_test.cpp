@@ -213,9 +213,31 @@ TEST_F(LinearModelVerification, AppliesPolicyOutsideRange) {
   EXPECT_EQ(refused.ramps.count + refused.holds.count, refused.compensated.count);
   EXPECT_LE(refused.compensated.max_abs, continued.compensated.max_abs);
   EXPECT_TRUE(std::isnan(refused.residual_deg_per_h(0)));
-  EXPECT_EQ(refused.raw.count, continued.raw.count);
+  EXPECT_EQ(refused.raw.count, refused.compensated.count) << "both are figures of the same clusters";
+  EXPECT_EQ(continued.raw.count, continued.compensated.count);
   EXPECT_TRUE(has_warning(refused, "excluded from the results"));
   EXPECT_TRUE(has_warning(extrapolated, "whole model is extrapolated"));
+}
+
+/// The three refused clusters have a large bias, which the model would otherwise seem to remove.
+TEST_F(LinearModelVerification, ComparesRawBiasOfSameClusters) {
+  data::Dataset dataset = unseen_run();
+  dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
+  dataset.bias_deg_per_h.head(300).array() += 50;
+  const data::Clusters clusters = *make_clusters(dataset);
+  const Verification refused = *verify(model_, dataset, clusters, Outside::refuse);
+  const auto rows = data::finite_rows(refused.residual_deg_per_h);
+  EXPECT_EQ(std::ssize(rows), clusters.start_s.size() - 3);
+  EXPECT_EQ(refused.raw.std, compute_figures(clusters.bias_deg_per_h(rows), clusters, rows).std);
+  EXPECT_LT(refused.raw.max_abs, 50);
+  TrainingOptions options;
+  options.inputs = "rates";
+  options.method = "linear";
+  const data::Dataset trained = data::make_synthetic_run({});
+  const Model of_rates = *train({trained}, {*make_clusters(trained)}, options);
+  const Verification without_first = *verify(of_rates, dataset, clusters);
+  EXPECT_EQ(without_first.raw.count, clusters.start_s.size() - 1) << "the first cluster has no rate";
+  EXPECT_EQ(without_first.compensated.count, without_first.raw.count);
 }
 
 TEST_F(LinearModelVerification, RefusesRecordEntirelyOutside) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -298,6 +299,7 @@ class ReportComparer {
       result.axis = table.axis;
       result.condition = row.condition;
       set_change(result, row.value, same->value);
+      if (!std::isfinite(result.normalised_error)) continue;
       comparison_.results.push_back(std::move(result));
     }
   }
@@ -440,9 +442,11 @@ ReportedValue change_with_uncertainty(const ComparedResult& result) {
 std::vector<const ComparedResult*> sort_by_normalised_error(const Comparison& comparison) {
   std::vector<const ComparedResult*> all;
   for (const ComparedResult& result : comparison.results) all.push_back(&result);
-  std::ranges::stable_sort(all, [](const ComparedResult* a, const ComparedResult* b) {
-    return std::abs(a->normalised_error) > std::abs(b->normalised_error);
-  });
+  // A NaN would not be a strict weak order.
+  const auto magnitude = [](const ComparedResult* one) {
+    return std::isnan(one->normalised_error) ? -1 : std::abs(one->normalised_error);
+  };
+  std::ranges::stable_sort(all, std::ranges::greater(), magnitude);
   return all;
 }
 

@@ -80,10 +80,10 @@ struct Comparison {
 /// Compares the results that both reports have for the same profile, row by row: the first record of one report with
 /// the first of the other, and so on. It compares uncompensated results with each other, and results as left with the
 /// later ones as found; the second comparison gives the drift of the compensated unit. Results of a model on its own
-/// training record are skipped; a record without a counterpart at its position is then compared with the next free
-/// record of the profile. Records that both reports have are compared only if there is nothing else to compare. Fails
-/// with usage if the reports are not of one unit (serial number and model), if `now` began before `before`, or if they
-/// have no result in common.
+/// training record are skipped, and so are values without a U above 0. A record without a counterpart at its position
+/// is then compared with the next free record of the profile. Records that both reports have are compared only if there
+/// is nothing else to compare. Fails with usage if the reports are not of one unit (serial number and model), if `now`
+/// began before `before`, or if they have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
 /// Adds the state of the check standard at the time of each record of both reports. Fails with usage if the history is
@@ -102,7 +102,7 @@ struct Comparison {
 
 /// Returns the change with its expanded uncertainty.
 [[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);
-/// Returns the results sorted by |E_n|, greatest first.
+/// Returns the results sorted by |E_n|, greatest first and unknown ones last.
 [[nodiscard]] std::vector<const ComparedResult*> sort_by_normalised_error(const Comparison& comparison);
 /// Counts the results with |E_n| > 1.
 [[nodiscard]] std::size_t count_disagreements(const Comparison& comparison);

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
@@ -252,6 +255,42 @@ TEST(Comparison, SkipsBiasWhenReferencesDiffer) {
   expect_no_bias();
   before.bias_zero = now.bias_zero = data::kOwnReference;  // different references
   expect_no_bias();
+}
+
+TEST(Comparison, SkipsValuesWithoutUsableUncertainty) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const CalibrationReport later = a_year_later();
+  const std::size_t all = compare(sample_calibration(), later)->results.size();
+  const auto change = [](CalibrationReport report, double value, double u, double k) {
+    for (ResultTable& table : report.results)
+      for (Column& column : table.columns)
+        if (table.key == "stabilised_bias" && column.quantity == "bias")
+          for (ReportedValue& one : column.values)
+            one = {.value = value, .standard_uncertainty = u, .coverage_factor = k};
+    return report;
+  };
+  for (const auto& [value, u, k] : {std::array{0.1, 0.0, 2.0}, {kNaN, 0.01, 2.0}, {0.1, 0.01, kNaN}}) {
+    const auto comparison = compare(change(sample_calibration(), value, u, k), change(later, value, u, k));
+    ASSERT_TRUE(comparison);
+    EXPECT_LT(comparison->results.size(), all);
+    for (const ComparedResult& one : comparison->results) {
+      EXPECT_TRUE(std::isfinite(one.normalised_error)) << one.key;
+      EXPECT_NE(one.key, "stabilised_bias");
+    }
+  }
+}
+
+/// An unknown E_n hides no exceedance, wherever it is.
+TEST(Comparison, SortsUnknownNormalisedErrorLast) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  Comparison comparison;
+  for (const double error : {kNaN, 0.5, kNaN, -3.0, 0.0, kNaN, 2.0, kNaN})
+    comparison.results.push_back({.normalised_error = error});
+  std::vector<double> sorted;
+  for (const ComparedResult* one : sort_by_normalised_error(comparison)) sorted.push_back(one->normalised_error);
+  EXPECT_EQ(std::vector(sorted.begin(), sorted.begin() + 4), (std::vector{-3.0, 2.0, 0.5, 0.0}));
+  EXPECT_EQ(std::ranges::count_if(sorted, [](double one) { return std::isnan(one); }), 4);
+  EXPECT_EQ(count_disagreements(comparison), 2u);
 }
 
 /// The SQL of the site store cannot use this module. It must have the same list and the same keyword.

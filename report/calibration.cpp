@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/data/dataset.hpp"
 #include "analysis/data/distributions.hpp"
 #include "core/json.hpp"
 #include "report/words.hpp"
@@ -374,6 +375,27 @@ Conformity compare_with_limits(const ReportedValue& value, double limit, Decisio
                   : magnitude <= limit             ? Verdict::pass
                                                    : Verdict::fail;
   return found;
+}
+
+bool depends_on_bias_reference(std::string_view quantity) {
+  return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
+}
+
+const std::string& find_bias_reference(const CalibrationReport& report, const ResultTable& table) {
+  const auto own = std::ranges::find_if(
+      report.bias_zeros, [&](const BiasReference& one) { return one.axis == table.axis && one.run == table.run; });
+  return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
+}
+
+bool has_unknown_zero(const CalibrationReport& report, const ResultTable& table, std::string_view quantity) {
+  return depends_on_bias_reference(quantity) && find_bias_reference(report, table) == data::kOwnReference;
+}
+
+bool has_unknown_zero(const CalibrationReport& report) {
+  return std::ranges::any_of(report.results, [&](const ResultTable& table) {
+    return std::ranges::any_of(table.columns,
+                               [&](const Column& one) { return has_unknown_zero(report, table, one.quantity); });
+  });
 }
 
 std::optional<Verdict> overall_verdict(const CalibrationReport& report) {

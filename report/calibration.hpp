@@ -8,6 +8,7 @@
 /// the experiment (report.hpp) describes how the models were trained.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -275,6 +276,11 @@ struct OtherReport {
   Texts reason{};
 };
 
+/// Quantities that depend on the bias reference. The store of a site has the same list (apps/site/migrations).
+inline constexpr std::array<std::string_view, 5> kReferenceDependent{"bias", "mean", "rmse", "largest",
+                                                                     "compensated_bias"};
+[[nodiscard]] bool depends_on_bias_reference(std::string_view quantity);
+
 /// Bias reference of an axis in one record.
 struct BiasReference {
   std::string axis{}, run{};
@@ -354,6 +360,16 @@ struct CalibrationReport {
   std::vector<UsedFile> files{};
   std::string program_version{};
 };
+
+/// Returns the bias reference of a table; empty if the report does not state it.
+[[nodiscard]] const std::string& find_bias_reference(const CalibrationReport& report, const ResultTable& table);
+/// Returns true if a quantity of a table contains an unknown constant: it depends on the bias reference, which is a
+/// mean of the record itself. Such a value has no uncertainty and cannot be compared with a limit or with another
+/// record.
+[[nodiscard]] bool has_unknown_zero(const CalibrationReport& report, const ResultTable& table,
+                                    std::string_view quantity);
+/// Returns true if a result of the report has an unknown zero.
+[[nodiscard]] bool has_unknown_zero(const CalibrationReport& report);
 
 /// Returns the worst verdict of the report; nothing if no limits were agreed.
 [[nodiscard]] std::optional<Verdict> overall_verdict(const CalibrationReport& report);

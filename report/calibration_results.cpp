@@ -24,7 +24,8 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 ReportedValue exact_value(double value) { return {.value = value}; }
 
-/// Combines a type A uncertainty with degrees of freedom and a type B one with infinitely many.
+/// Combines a type A uncertainty with degrees of freedom and a type B one with infinitely many. If one of them is
+/// unknown (NaN), so is that of the value.
 ReportedValue make_value(double value, double u, double degrees_of_freedom, double u_type_b = 0) {
   const double combined = std::hypot(u, u_type_b);
   if (!std::isfinite(value) || !(combined > 0)) return exact_value(value);
@@ -49,7 +50,8 @@ struct ResultTarget {
   std::string axis, run;
   Stage stage{};
   bool in_sample{};
-  /// Type B uncertainty that the bias reference causes in each quantity that depends on it, °/h.
+  /// Type B uncertainty that the bias reference causes in each quantity that depends on it, °/h. NaN if the reference
+  /// is a mean of the record: the zero is then unknown, and these quantities have no uncertainty.
   double u_reference{};
 };
 
@@ -190,7 +192,7 @@ double rmse_reference_uncertainty(const data::Figures& figures, double u_referen
 /// Returns a root mean square with the uncertainty that results from standard deviation, mean and bias reference. The
 /// errors of standard deviation and mean are independent.
 ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
-  if (!(figures.rmse > 0)) return exact_value(figures.rmse);
+  if (!(figures.rmse > 0) || std::isnan(u_reference)) return exact_value(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
   const model::CombinedUncertainty all =
       model::combined({{.standard_uncertainty = standard_error_of_std(figures),
@@ -236,10 +238,11 @@ Result<model::Budget> make_run_budget(const model::Model& model, const data::Rec
   return budget;
 }
 
-/// Adds the calibrated value of the unit: the mean of its compensated bias, with the uncertainty of the budget.
+/// Adds the calibrated value of the unit: the mean of its compensated bias, with the uncertainty of the budget. The
+/// budget does not apply if the zero of the bias is unknown.
 void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, std::optional<model::Budget> budget) {
   ReportedValue value = exact_value(figures.mean);
-  if (budget) {
+  if (budget && !std::isnan(of.u_reference)) {
     const model::CombinedUncertainty all = combined(budget->rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;
@@ -416,7 +419,8 @@ void add_allan_figure(CalibrationReport& report, const std::string& axis, const 
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
                                                  const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
-  const double u_reference = dataset.has_own_reference ? 0 : combined_standard(model::budget_of_earth_rate(dataset));
+  const double u_reference = dataset.has_own_reference ? std::numeric_limits<double>::quiet_NaN()
+                                                       : combined_standard(model::budget_of_earth_rate(dataset));
   ResultTarget of{report, axis, dataset.run_id, Stage::uncompensated, false, u_reference};
   const Eigen::VectorXd nothing =
       Eigen::VectorXd::Constant(clusters.start_s.size(), std::numeric_limits<double>::quiet_NaN());

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/cautions.hpp"
 
+#include <fmt/ranges.h>
+
+#include <set>
 #include <string_view>
 
+#include "analysis/data/dataset.hpp"
 #include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
@@ -25,6 +29,23 @@ std::string format_percent(Language language, double share, int decimals) {
   return format_number(language, kPercent * share, decimals) + "\u00a0%";
 }
 
+/// Returns the caution about a record whose bias reference is its own mean, with the axes if others have another one;
+/// empty if there is none.
+std::string describe_unknown_zero(Language language, const CalibrationReport& report, const std::string& run) {
+  std::set<std::string> unknown;
+  bool has_known = false;
+  for (const ResultTable& table : report.results) {
+    if (table.run != run) continue;
+    if (find_bias_reference(report, table) == data::kOwnReference)
+      unknown.insert(table.axis);
+    else
+      has_known = true;
+  }
+  if (unknown.empty()) return {};
+  const std::string axes = has_known ? fmt::format("{}: ", fmt::join(unknown, ", ")) : "";
+  return axes + std::string(translate(language, "say.unknown_zero"));
+}
+
 }  // namespace
 
 std::string describe_cautions(Language language, const ModelVerification& verification) {
@@ -45,9 +66,13 @@ std::string describe_cautions(Language language, const ModelVerification& verifi
 std::vector<RecordCaution> list_record_cautions(Language language, const CalibrationReport& report) {
   constexpr std::string_view kWarning = "warning: ";
   std::vector<RecordCaution> cautions;
-  for (const UsedFile& file : report.files)
-    if (file.role == "record" && file.stopped_in_segment > 0)
+  for (const UsedFile& file : report.files) {
+    if (file.role != "record") continue;
+    if (file.stopped_in_segment > 0)
       cautions.push_back({file.id, sentence(language, "say.stopped_run", file.stopped_in_segment, file.segments)});
+    if (std::string text = describe_unknown_zero(language, report, file.id); !text.empty())
+      cautions.push_back({file.id, std::move(text)});
+  }
   for (const Deviation& one : report.deviations)
     if (one.kind == "note" && one.text.starts_with(kWarning))
       cautions.push_back({one.run, sentence(language, "say.recorded_warning",

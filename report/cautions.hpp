@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Cautions about the results of a model: its use outside the trained range, a missing improvement, and intervals that
-/// do not hold. Cautions about records: a stop, and failed sensors. Page, PDF and digital certificate contain the same
-/// sentences.
+/// do not hold. Cautions about records: a stop, an unknown zero of the bias, and failed sensors. Page, PDF and digital
+/// certificate contain the same sentences.
 #pragma once
 
 #include <string>
@@ -21,8 +21,8 @@ struct RecordCaution {
   std::string run{}, text{};
 };
 
-/// Returns the cautions about the records: a stop before the end of the profile, and warnings of an import, such as a
-/// failed thermometer.
+/// Returns the cautions about the records: a stop before the end of the profile, a bias reference that is a mean of the
+/// record, and warnings of an import, such as a failed thermometer.
 [[nodiscard]] std::vector<RecordCaution> list_record_cautions(Language language, const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

@@ -221,17 +221,6 @@ void set_change(ComparedResult& result, const ReportedValue& before, const Repor
   if (result.days_between > 0) result.in_a_year = result.change * kDaysInAYear / result.days_between;
 }
 
-/// Returns the bias reference of a table.
-std::string find_bias_reference(const CalibrationReport& report, const ResultTable& table) {
-  const auto own = std::ranges::find_if(
-      report.bias_zeros, [&](const BiasReference& one) { return one.axis == table.axis && one.run == table.run; });
-  return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
-}
-
-bool depends_on_bias_reference(const std::string& quantity) {
-  return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
-}
-
 /// Returns the result of a run at a stage with the key, axis and detail of `table`; null if there is none, or if it is
 /// in-sample.
 const ResultTable* find_matching_table(const CalibrationReport& report, const std::string& run, Stage stage,
@@ -274,11 +263,10 @@ class ReportComparer {
   }
 
   void compare(const ComparedResult& pair, const ResultTable& table, const ResultTable& other) {
-    // Two records with their own mean as bias reference are not comparable.
-    const std::string zero = find_bias_reference(before_, table);
-    const bool have_one_reference = zero == find_bias_reference(now_, other) && zero != data::kOwnReference;
+    const bool have_same_zero =
+        data::have_same_zero(find_bias_reference(before_, table), find_bias_reference(now_, other));
     for (const Column& column : table.columns) {
-      if (!have_one_reference && depends_on_bias_reference(column.quantity)) continue;
+      if (!have_same_zero && depends_on_bias_reference(column.quantity)) continue;
       const Column* matching = column.quantity == kConditionQuantity ? nullptr : find_column(other, column.quantity);
       if (matching != nullptr) compare(pair, table, column, other, *matching);
     }

@@ -3,11 +3,9 @@
 /// uncertainty.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
@@ -19,10 +17,6 @@
 namespace gyrotherm::report {
 
 inline constexpr const char* kComparisonSchema = "gyrotherm-comparison/1";
-
-/// Quantities that depend on the bias reference. The store of a site has the same list (apps/site/migrations).
-inline constexpr std::array<std::string_view, 5> kReferenceDependent{"bias", "mean", "rmse", "largest",
-                                                                     "compensated_bias"};
 
 /// One quantity that both reports contain.
 struct ComparedResult {

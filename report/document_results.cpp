@@ -362,7 +362,8 @@ void add_results(DocumentWriter& writer) {
   if (report.results.empty()) writer.paragraph(writer.translated("say.no_results"));
   if (!report.results.empty()) {
     writer.paragraph(writer.translated("say.stages"));
-    writer.paragraph(writer.translated("say.coverage") + " " + writer.translated("say.no_u"));
+    writer.paragraph(writer.translated("say.coverage") + " " +
+                     writer.translated(has_unknown_zero(report) ? "say.no_u_unknown_zero" : "say.no_u"));
   }
   if (std::ranges::any_of(report.results, &ResultTable::in_sample))
     writer.paragraph(writer.translated(report.simulated ? "say.in_sample_virtual" : "say.in_sample"),

@@ -188,29 +188,44 @@ std::string sentence_prefix(const DocumentWriter& writer, const std::string& axi
   return text.empty() ? text : text + ": ";
 }
 
-/// Returns two or three sentences about one axis.
+/// Returns a sentence about the bias of the whole run before and after compensation, as RMSE, or as STD if the zero of
+/// the bias is unknown. Begins with the axis and record unless the text before it, about `mean`, is of the same record.
+std::string gain_text(const DocumentWriter& writer, const SummaryValue& figure,
+                      const std::optional<SummaryValue>& mean) {
+  const CalibrationReport& report = writer.report;
+  const Language language = writer.language;
+  const ResultTable& table = *figure.table;
+  const bool is_std = figure.quantity == "std";
+  const std::string prefix =
+      !mean || mean->table->run != table.run ? sentence_prefix(writer, table.axis, table.run) : std::string();
+  const std::string own = quantity_text(language, figure.value, figure.unit);
+  const auto raw = find_at_stage(report, Stage::uncompensated, figure, figure.quantity.c_str());
+  if (!raw || !(figure.value.value > 0))
+    return prefix + writer.sentence(is_std ? "say.std_gain_plain" : "say.gain_plain", own);
+  return prefix + writer.sentence(is_std ? "say.std_gain" : "say.gain", own,
+                                  quantity_text(language, raw->value, raw->unit),
+                                  format_significant(language, raw->value.value / figure.value.value, 2));
+}
+
+/// Returns two or three sentences about one axis. A mean with an unknown zero is left out.
 std::string axis_summary(const DocumentWriter& writer, const std::string& axis) {
   const CalibrationReport& report = writer.report;
   const Language language = writer.language;
   const Stage last = find_last_stage(report, axis);
   if (last == Stage::uncompensated) return {};
   std::string text;
-  const auto mean = find_mean(report, axis, last);
+  auto mean = find_mean(report, axis, last);
+  if (mean && has_unknown_zero(report, *mean->table, kMeanQuantity)) mean.reset();
   const auto found = find_mean_as_found(report, last, mean);
   if (mean)
     text = writer.sentence(last == Stage::as_left ? "say.mean_as_left" : "say.mean_as_found",
                            sentence_prefix(writer, axis, mean->table->run),
                            quantity_text(language, mean->value, mean->unit));
   if (mean && found) text += " " + change_text(writer, *mean, *found);
-  const auto rmse = find_result_value(report, "whole_run", "rmse", axis, last);
-  if (!rmse) return text;
-  const auto raw = find_at_stage(report, Stage::uncompensated, *rmse, "rmse");
-  if (!text.empty()) text += " ";
-  if (!mean || mean->table->run != rmse->table->run) text += sentence_prefix(writer, axis, rmse->table->run);
-  const std::string own = quantity_text(language, rmse->value, rmse->unit);
-  if (!raw || !(rmse->value.value > 0)) return text + writer.sentence("say.gain_plain", own);
-  return text + writer.sentence("say.gain", own, quantity_text(language, raw->value, raw->unit),
-                                format_significant(language, raw->value.value / rmse->value.value, 2));
+  auto figure = find_result_value(report, "whole_run", "rmse", axis, last);
+  if (figure && has_unknown_zero(report, *figure->table, figure->quantity)) figure = find_value(figure->table, "std");
+  if (!figure) return text;
+  return text + (text.empty() ? "" : " ") + gain_text(writer, *figure, mean);
 }
 
 /// Verdict over the results of one stage.

@@ -669,6 +669,11 @@ std::vector<Stage> list_stages(const CalibrationReport& report) {
   return {stages.begin(), stages.end()};
 }
 
+/// Returns the comparison without its verdict and probability; the value has no uncertainty.
+Conformity without_verdict(const Conformity& one) {
+  return {.value = {.value = one.value.value}, .limit = one.limit, .rule = one.rule, .verdict = Verdict::not_known};
+}
+
 }  // namespace
 
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
@@ -682,6 +687,7 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
       if (table.key != key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
       Conformity one = find_worst_row(column->values, limit.at_most, rule);
+      if (has_unknown_zero(report, table, quantity)) one = without_verdict(one);
       one.quantity = limit.quantity;
       one.axis = table.axis;
       one.stage = table.stage;

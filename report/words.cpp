@@ -353,6 +353,16 @@ constexpr Translation kTranslations[] = {
    "aus einem virtuellen Prüflauf mit demselben Profil, Startwert und Tag. Sie sind kein Nachweis seiner Güte."},
   {"say.stopped_run", "The run was stopped in segment {} of {}. “Whole run” is its part until then.",
    "Der Prüflauf wurde in Abschnitt {} von {} beendet. „Gesamter Prüflauf“ ist sein Teil bis dahin."},
+  {"say.unknown_zero",
+   "The bias reference is the mean of the record’s own first hold, so the zero of the bias is unknown. Hold bias, "
+   "mean, root mean square error, largest magnitude and mean compensated bias have no stated uncertainty and are not "
+   "compared with limits; the intervals of the model are not judged. Standard deviations and differences within the "
+   "record do not depend on the zero.",
+   "Bezug der Nullpunktabweichung ist der Mittelwert der ersten Haltephase dieser Aufzeichnung; ihr Nullpunkt ist "
+   "daher unbekannt. Nullpunktabweichung in der Haltephase, Mittelwert, quadratischer Mittelwert, größter Betrag und "
+   "mittlere kompensierte Nullpunktabweichung haben keine angegebene Messunsicherheit und werden nicht mit "
+   "Grenzwerten verglichen; die Intervalle des Modells werden nicht beurteilt. Standardabweichungen und Differenzen "
+   "innerhalb der Aufzeichnung hängen nicht vom Nullpunkt ab."},
   {"say.recorded_warning", "Warning of the record: {}.", "Warnung der Aufzeichnung: {}."},
   {"say.overdue", "On the day of the run, the calibration of the following instruments was overdue: {}.",
    "Am Tag des Prüflaufs war die Kalibrierung folgender Geräte überfällig: {}."},
@@ -382,6 +392,11 @@ constexpr Translation kTranslations[] = {
    "Verteilung normal."},
   {"say.no_u", "Values without ± have no stated uncertainty: they are settings, counts or selected values.",
    "Werte ohne ± haben keine angegebene Messunsicherheit: Sie sind eingestellt, gezählt oder ausgewählt."},
+  {"say.no_u_unknown_zero",
+   "Values without ± have no stated uncertainty: they are settings, counts, selected values or values with an unknown "
+   "zero.",
+   "Werte ohne ± haben keine angegebene Messunsicherheit: Sie sind eingestellt, gezählt oder ausgewählt, oder ihr "
+   "Nullpunkt ist unbekannt."},
   {"say.compared_draft", "The report {} is a draft and not a calibration report.",
    "Der Bericht {} ist ein Entwurf und kein Kalibrierbericht."},
   {"say.compared_superseded", "The report {} has been replaced and is no longer valid.",
@@ -488,6 +503,10 @@ constexpr Translation kTranslations[] = {
    "{}, das {}-Fache."},
   {"say.gain_plain", "Over the whole run the root mean square error is {}.",
    "Über den gesamten Prüflauf beträgt der quadratische Mittelwert der Abweichung {}."},
+  {"say.std_gain", "Over the whole run the standard deviation is {}. Without compensation it is {}, {} times as large.",
+   "Über den gesamten Prüflauf beträgt die Standardabweichung {}. Ohne Kompensation beträgt sie {}, das {}-Fache."},
+  {"say.std_gain_plain", "Over the whole run the standard deviation is {}.",
+   "Über den gesamten Prüflauf beträgt die Standardabweichung {}."},
   {"say.changed", "As found it was {}. The adjustment changed it by more than the combined uncertainty of both values.",
    "Vor Justierung betrug sie {}. Die Justierung hat sie um mehr als die gemeinsame Messunsicherheit beider Werte "
    "geändert."},

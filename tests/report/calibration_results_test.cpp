@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 
 #include "tests/report/synthetic_experiment.hpp"
@@ -21,7 +22,7 @@ constexpr double kScatter_deg_per_h = 0.002;
 /// Results of a whole uncompensated run: white noise about a mean, with a known uncertainty of the removed Earth rate.
 class WholeRun {
  public:
-  WholeRun(double mean_deg_per_h, double of_zero_deg_per_h, Eigen::Index clusters = 200) {
+  WholeRun(double mean_deg_per_h, double of_zero_deg_per_h, Eigen::Index clusters = 200, bool has_own_zero = false) {
     constexpr double kEarthRate_deg_per_h = 10, kPerPpm = 1e-6;
     data::RecordedRun run = SyntheticExperiment().rate;
     run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
@@ -32,7 +33,9 @@ class WholeRun {
     std::normal_distribution<double> normal(0, kScatter_deg_per_h);
     for (double& bias : run.clusters.bias_deg_per_h) bias = normal(random);
     run.clusters.bias_deg_per_h.array() += mean_deg_per_h - run.clusters.bias_deg_per_h.mean();
-    run.dataset.earth_rate_deg_per_h = kEarthRate_deg_per_h;
+    run.dataset.has_own_reference = has_own_zero;
+    run.dataset.bias_zero = has_own_zero ? std::string(data::kOwnReference) : run.dataset.bias_zero;
+    if (!has_own_zero) run.dataset.earth_rate_deg_per_h = kEarthRate_deg_per_h;
     run.dataset.gyro_uncertainty.scale_factor_uncertainty_ppm = of_zero_deg_per_h / kEarthRate_deg_per_h / kPerPpm;
     const auto added = add_results(report_, {.label = "x", .runs = {run}});
     EXPECT_TRUE(added) << text(added.error());
@@ -81,6 +84,18 @@ TEST(WholeRun, OmitsStandardDeviationOfSingleMean) {
   EXPECT_EQ(run.column("std"), nullptr);
   EXPECT_EQ(run.value("mean").value, 0.1);
   for (const char* quantity : {"mean", "rmse"}) EXPECT_FALSE(run.value(quantity).expanded() > 0) << quantity;
+}
+
+TEST(WholeRun, HasNoUncertaintyIfZeroIsUnknown) {
+  for (const double mean_deg_per_h : {0.0, 0.1}) {
+    const WholeRun known(mean_deg_per_h, 0, 200), unknown(mean_deg_per_h, 0, 200, true);
+    for (const char* quantity : {"mean", "rmse"}) {
+      EXPECT_TRUE(std::isfinite(known.value(quantity).expanded())) << quantity << ": the Earth rate is exact";
+      EXPECT_EQ(unknown.value(quantity).value, known.value(quantity).value) << quantity;
+      EXPECT_TRUE(std::isnan(unknown.value(quantity).expanded())) << quantity;
+    }
+    EXPECT_EQ(unknown.value("std").standard_uncertainty, known.value("std").standard_uncertainty);
+  }
 }
 
 /// Returns a linear model that uses only A. It was trained on the given run, one year after the calibration of A.
@@ -201,6 +216,48 @@ TEST(CoverageBounds, AgreeWithVerdictOnIntervals) {
   }
   EXPECT_GT(holding, 0);
   EXPECT_GT(failing, 0);
+}
+
+/// Hold biases and the compensated mean contain an unknown constant; differences between holds do not.
+TEST(UnknownZero, LeavesUncertaintyOnlyToDifferences) {
+  const auto reported = [](bool has_own_zero) {
+    data::RecordedRun run = SyntheticExperiment(9).rate;
+    run.dataset.has_own_reference = has_own_zero;
+    if (has_own_zero) run.dataset.bias_zero = data::kOwnReference;
+    CalibrationReport report{.bias_zero = run.dataset.bias_zero};
+    const auto added = add_results(report, {.label = "x", .runs = {run}, .left = plane_in_a("another run")});
+    EXPECT_TRUE(added) << text(added.error());
+    return report;
+  };
+  const CalibrationReport known = reported(false), unknown = reported(true);
+  EXPECT_FALSE(has_unknown_zero(known));
+  EXPECT_TRUE(has_unknown_zero(unknown));
+  EXPECT_EQ(known.budgets.size(), 1u);
+  EXPECT_TRUE(unknown.budgets.empty());
+  EXPECT_FALSE(unknown.verifications.front().coverage);
+  EXPECT_FALSE(unknown.verifications.front().verdict.intervals_hold);
+  std::set<std::string> without;
+  int with = 0;
+  for (const ResultTable& table : unknown.results) {
+    EXPECT_NE(table.key, "coverage");
+    for (const Column& column : table.columns)
+      for (const ReportedValue& value : column.values) {
+        if (!depends_on_bias_reference(column.quantity)) {
+          with += std::isfinite(value.expanded()) ? 1 : 0;
+          continue;
+        }
+        EXPECT_TRUE(has_unknown_zero(unknown, table, column.quantity));
+        EXPECT_TRUE(std::isfinite(value.value)) << table.key;
+        EXPECT_TRUE(std::isnan(value.expanded())) << table.key;
+        without.insert(table.key);
+      }
+  }
+  EXPECT_EQ(without, (std::set<std::string>{"stabilised_bias", "whole_run", "compensated_mean"}));
+  EXPECT_GT(with, 4) << "temperatures, retrace, sensitivities and STD";
+  const auto is_retrace = [](const ResultTable& table) { return table.key == "retrace"; };
+  const auto changes = std::ranges::find_if(unknown.results, is_retrace);
+  ASSERT_NE(changes, unknown.results.end());
+  EXPECT_TRUE(std::isfinite(find_column(*changes, "change")->values.front().expanded()));
 }
 
 /// The report compares the raw bias with the compensated one, so both are of the clusters with a residual.

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "analysis/data/dataset.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
 #include "tests/support/markup.hpp"
@@ -135,6 +136,47 @@ TEST(Cautions, StateStopAndFailedSensorOfRecord) {
   ASSERT_TRUE(again) << text(again.error());
   EXPECT_EQ(to_json(*again), to_json(report));
   EXPECT_EQ(to_json(sample_calibration()).find("stopped_in_segment"), std::string::npos);
+}
+
+TEST(Cautions, StateUnknownZeroOfRecord) {
+  CalibrationReport report = sample_calibration();
+  const auto records = static_cast<std::size_t>(std::ranges::count(report.files, "record", &UsedFile::role));
+  const std::string run = std::ranges::find(report.files, "record", &UsedFile::role)->id;
+  report.bias_zero = data::kOwnReference;
+  const auto english = list_record_cautions(kEnglish, report), german = list_record_cautions(kGerman, report);
+  ASSERT_EQ(english.size(), records);
+  ASSERT_EQ(german.size(), records);
+  EXPECT_TRUE(
+      english.front().text.starts_with("The bias reference is the mean of the record’s own first hold, so the"));
+  EXPECT_TRUE(
+      german.front().text.starts_with("Bezug der Nullpunktabweichung ist der Mittelwert der ersten Haltephase"));
+  for (const Language language : {kEnglish, kGerman}) {
+    const Document document = make_document(report, language);
+    const auto cautions = caution_paragraphs(document).first;
+    EXPECT_TRUE(std::ranges::any_of(cautions, [&](const std::string& one) {
+      return one.find(translate(language, "say.unknown_zero")) != std::string::npos;
+    }));
+    const std::string page = to_html(document);
+    EXPECT_NE(page.find(translate(language, "say.no_u_unknown_zero")), std::string::npos);
+    EXPECT_EQ(page.find(translate(language, "say.no_u")), std::string::npos);
+    const bool is_english = language == kEnglish;
+    EXPECT_NE(page.find(is_english ? "the standard deviation is" : "Prüflauf beträgt die Standardabweichung"),
+              std::string::npos);
+    EXPECT_EQ(page.find(is_english ? "has a mean bias of" : "eine mittlere Nullpunktabweichung von"),
+              std::string::npos);
+    EXPECT_EQ(page.find(is_english ? "the root mean square error is" : "Prüflauf beträgt der quadratische"),
+              std::string::npos);
+  }
+  const auto dcc = make_dcc(report, {});
+  ASSERT_TRUE(dcc);
+  for (const Language language : {kEnglish, kGerman})
+    EXPECT_NE(dcc->find(translate(language, "say.unknown_zero")), std::string::npos);
+  report.bias_zero.clear();
+  report.bias_zeros = {{"u1.x", run, std::string(data::kOwnReference)}, {"u1.y", run, "earth rate removed"}};
+  const auto of_axis = list_record_cautions(kEnglish, report);
+  ASSERT_EQ(of_axis.size(), 1u);
+  EXPECT_EQ(of_axis.front().run, run);
+  EXPECT_TRUE(of_axis.front().text.starts_with("u1.x: The bias reference"));
 }
 
 TEST(Cautions, AreStatementsOfDigitalCertificate) {

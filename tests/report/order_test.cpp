@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "analysis/data/dataset.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
@@ -534,6 +537,42 @@ TEST(Order, ComparesEachRowWithLimit) {
   EXPECT_EQ(worst({greatest, unknown}, guard_band).verdict, Verdict::not_known);
   EXPECT_EQ(worst({unknown, beyond}, guard_band).verdict, Verdict::fail);
   EXPECT_EQ(worst({{}, {.value = -0.2}, unknown}, simple).value.value, -0.2);
+}
+
+/// No limit applies to an unknown constant, by either rule; a STD is not affected.
+TEST(Order, GivesNoVerdictOnResultWithUnknownZero) {
+  const CalibrationReport sample = sample_calibration();
+  const auto verdicts = [&](const char* quantity, double at_most, DecisionRule rule, bool only_last_record) {
+    CalibrationReport report = sample;
+    report.conformity.clear();
+    if (only_last_record) {
+      report.bias_zeros = {{report.results.back().axis, report.results.back().run, std::string(data::kOwnReference)}};
+    } else {
+      report.bias_zero = data::kOwnReference;
+    }
+    apply_limits(report, {{.quantity = quantity, .at_most = at_most}}, rule);
+    EXPECT_FALSE(report.conformity.empty());
+    std::set<Verdict> found;
+    for (const Conformity& one : report.conformity) {
+      found.insert(one.verdict);
+      EXPECT_TRUE(std::isfinite(one.value.value));
+      if (one.verdict == Verdict::not_known) {
+        EXPECT_TRUE(std::isnan(one.probability));
+        EXPECT_TRUE(std::isnan(one.value.expanded()));
+      }
+    }
+    return found;
+  };
+  for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band}) {
+    for (const char* quantity : {"compensated_mean.compensated_bias", "whole_run.rmse", "stabilised_bias.bias"})
+      for (const double at_most : {1e-9, 1e9})
+        EXPECT_EQ(verdicts(quantity, at_most, rule, false), std::set{Verdict::not_known}) << quantity;
+    EXPECT_EQ(verdicts("whole_run.std", 1e9, rule, false), std::set{Verdict::pass});
+    const auto failed = verdicts("whole_run.std", 1e-9, rule, false);
+    EXPECT_TRUE(failed.contains(Verdict::fail));
+    EXPECT_FALSE(failed.contains(Verdict::pass) || failed.contains(Verdict::not_known));
+    EXPECT_TRUE(verdicts("whole_run.rmse", 1e9, rule, true).contains(Verdict::pass)) << "records with a known zero";
+  }
 }
 
 /// The units are those of the results of the sample report.

@@ -309,7 +309,8 @@ class ImportedRecord {
     for (std::size_t i = 0; i < row.thermometers_c.size(); ++i)
       row.thermometers_c[i] = scaled(map_.thermometer_columns[i]);
     for (std::size_t i = 0; i < row.units.size(); ++i) {
-      row.units[i].interval = increments_.counting_time(i, imported.numbers, imported.interval);
+      const auto since_row_before = map_.counts_increments(i) ? imported.interval : imported.usual;
+      row.units[i].interval = increments_.counting_time(i, imported.numbers, since_row_before);
       for (double& number : row.units[i].rotation) number = *numbers++;
     }
     auto column = map_.value_columns.begin();

@@ -222,8 +222,8 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
   return names;
 }
 
-/// Returns the kind of all axes.
-GyroKind axis_kind(const ImportMap& map) { return map.units.front().axes.front().kind; }
+/// Returns the kind of all axes of a unit.
+GyroKind axis_kind(const UnitInfo& unit) { return unit.axes.front().kind; }
 
 ImportMap::ScaledColumn read_scaled(const TomlTable& table, bool header) {
   return {.column = read_column(table, header),
@@ -239,7 +239,7 @@ void read_axis(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   axis.kind = one_of(kKinds, table, "kind");
   axis.scale = read_scale(table, {});
   if (table.has("earth_rate")) axis.earth_rate = DegreesPerHour{table.number("earth_rate")};
-  if (axis.kind != axis_kind(map)) table.note_error("kind", "a file's axes are all rates or all increments");
+  if (axis.kind != axis_kind(unit)) table.note_error("kind", "a unit's axes are all rates or all increments");
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   if (is_log && axis.kind == GyroKind::pulse_count)
     table.note_error("kind", "a log's messages may be lost, and increments with them; expected \"rate\"");
@@ -257,7 +257,7 @@ void read_value(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
 std::optional<ColumnName> read_interval_column(const TomlTable& table, const ImportMap& map, const UnitInfo& unit) {
   const char* key = table.has("interval_column") ? "interval_column" : "interval_column_number";
   if (!table.has(key)) return std::nullopt;
-  if (unit.axes.front().kind != GyroKind::pulse_count)
+  if (axis_kind(unit) != GyroKind::pulse_count)
     table.note_error(key, "only increments are counted over a time; expected kind = \"increment\"");
   const auto column = read_column(table, map.header, "interval_column");
   const auto note = [&](const ColumnName& other, const char* owner) {
@@ -334,7 +334,11 @@ std::string describe(const ColumnName& column) {
 
 const char* name(FileFormat format) { return keyword_for(kFormats, format); }
 
-bool ImportMap::counts_increments() const { return axis_kind(*this) == GyroKind::pulse_count; }
+bool ImportMap::counts_increments(std::size_t unit) const { return axis_kind(units[unit]) == GyroKind::pulse_count; }
+
+bool ImportMap::counts_increments() const {
+  return std::ranges::any_of(units, [](const UnitInfo& unit) { return axis_kind(unit) == GyroKind::pulse_count; });
+}
 
 std::vector<ColumnName> ImportMap::columns() const {
   std::vector<ColumnName> all;

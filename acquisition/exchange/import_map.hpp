@@ -112,8 +112,8 @@ struct ImportMap {
   std::vector<ScaledColumn> thermometer_columns;  ///< one per thermometer, in °C
 
   /// The units under test of the file, each with its axes and values. Numbers of an axis are stored unchanged. The
-  /// scale is in °/h per unit for a rate, and in arcsec per unit for pulse_count (increments). All axes are of the same
-  /// kind.
+  /// scale is in °/h per unit for a rate, and in arcsec per unit for pulse_count (increments). All axes of a unit are
+  /// of the same kind.
   std::vector<record::UnitInfo> units;
   /// The columns of all units' axes, in order, and their valid ranges. The second list may be shorter.
   std::vector<ColumnName> axis_columns;
@@ -124,7 +124,10 @@ struct ImportMap {
   /// column, an increment covers the time since the row before.
   std::vector<std::optional<ColumnName>> interval_columns;
 
-  /// Returns true if the axes have increments, which are summed when rows are combined; false if they have rates.
+  /// Returns true if the axes of a unit have increments, which are summed when rows are combined; false if they have
+  /// rates.
+  [[nodiscard]] bool counts_increments(std::size_t unit) const;
+  /// Returns true if the axes of any unit have increments.
   [[nodiscard]] bool counts_increments() const;
   /// Returns all columns of a row except the time: thermometers, axes, values, counting times, in this order.
   [[nodiscard]] std::vector<ColumnName> columns() const;

@@ -23,6 +23,11 @@ IncrementColumns::IncrementColumns(const ImportMap& map)
   std::size_t axis = map.thermometer_columns.size();
   std::size_t interval = axis + map.axis_columns.size() + map.value_columns.size();
   for (std::size_t unit = 0; unit < map.units.size(); ++unit) {
+    const auto axes = map.units[unit].axes.size();
+    if (!map.counts_increments(unit)) {
+      axis += axes;
+      continue;
+    }
     if (unit < map.interval_columns.size() && map.interval_columns[unit]) {
       columns_[interval] = {.is_summed = true, .interval = interval};
       unit_intervals_[unit] = interval++;

@@ -192,22 +192,31 @@ std::optional<OwnColumns> find_compensated_columns(const std::vector<std::string
   return columns;
 }
 
-/// Replaces the rates by the numbers of pulses and their counting times, if the file has them for every axis.
-void use_counts(std::vector<OwnColumns::Axis>& axes, const std::vector<NetcdfVariable>& variables) {
+/// Returns the axis with its number of pulses and its counting time instead of the rate, if the file has both.
+std::optional<OwnColumns::Axis> find_counts(OwnColumns::Axis axis, const std::vector<NetcdfVariable>& variables) {
   const auto find = [&](const std::string& long_name) {
     return std::ranges::find(variables, long_name, &NetcdfVariable::long_name);
   };
-  auto counted = axes;
-  for (auto& axis : counted) {
-    const auto pulses = find("pulses of " + axis.label);
-    const auto interval = find(fmt::format("time over which pulses of {} were counted", label_prefix(axis.label)));
-    if (pulses == variables.end() || interval == variables.end() || pulses->arcsec_per_pulse.empty()) return;
-    axis.column = pulses->name;
-    axis.kind = record::GyroKind::pulse_count;
-    axis.scale = pulses->arcsec_per_pulse;
-    axis.interval = interval->name;
+  const auto pulses = find("pulses of " + axis.label);
+  const auto interval = find(fmt::format("time over which pulses of {} were counted", label_prefix(axis.label)));
+  if (pulses == variables.end() || interval == variables.end() || pulses->arcsec_per_pulse.empty()) return std::nullopt;
+  axis.column = pulses->name;
+  axis.kind = record::GyroKind::pulse_count;
+  axis.scale = pulses->arcsec_per_pulse;
+  axis.interval = interval->name;
+  return axis;
+}
+
+/// Replaces the rates of each unit by the numbers of pulses and their counting times, if the file has them for every
+/// axis of the unit.
+void use_counts(std::vector<OwnColumns::Axis>& axes, const std::vector<NetcdfVariable>& variables) {
+  for (const UnitAxes& unit : group_axes(axes)) {
+    std::vector<OwnColumns::Axis> counted;
+    for (std::size_t i = unit.first; i < unit.last; ++i)
+      if (auto axis = find_counts(axes[i], variables)) counted.push_back(std::move(*axis));
+    if (counted.size() == unit.last - unit.first)
+      std::ranges::move(counted, axes.begin() + static_cast<std::ptrdiff_t>(unit.first));
   }
-  axes = std::move(counted);
 }
 
 }  // namespace

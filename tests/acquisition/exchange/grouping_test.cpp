@@ -130,6 +130,17 @@ TEST(Grouping, AddsIncrementsAndIntervals) {
   EXPECT_EQ(rows->interval, std::vector<Duration>(3, milliseconds(100)));
 }
 
+TEST(Grouping, AddsOnlyIncrementsIfAnotherUnitHasRates) {
+  ImportMap map = increments();
+  map.units.push_back(rate_map().units.front());
+  map.axis_columns.push_back({.name = "v"});
+  map.every = milliseconds(100);
+  const auto rows = read_rows("t,T,w,v\n0,20,7,1\n50,20,7,3\n100,20,7,5\n150,20,7,7\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{14, 14}));
+  EXPECT_EQ(rows->columns[2], (std::vector<double>{2, 6}));
+}
+
 TEST(Grouping, ComputesUtcOfStretchStart) {
   ImportMap map = every(seconds(2));
   map.time_form = TimeForm::civil;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/import_map.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -153,6 +154,23 @@ TEST(ImportMap, ReadsColumnOfCountingTimes) {
       parse_import_map(replace_once(kMap, "scale = 219.5\n", "scale = 219.5\ninterval_column = \"gate\"\n"), "m");
   ASSERT_FALSE(rate);
   EXPECT_EQ(rate.error().where.rfind("m:19:", 0), 0u) << text(rate.error());
+}
+
+TEST(ImportMap, AllowsOneKindOfAxesPerUnit) {
+  const auto axis = [](const char* name, const char* kind) {
+    return fmt::format("name = \"{0}\"\ncolumn = \"{0}\"\nkind = \"{1}\"\nscale = 1\n", name, kind);
+  };
+  const auto head = kMap.substr(0, kMap.find("[gyro]"));
+  const auto units = head + "[[gyro]]\n" + axis("a", "rate") + "[[gyro]]\n" + axis("b", "increment");
+  const auto mixed = parse_import_map(units, "m");
+  ASSERT_TRUE(mixed) << text(mixed.error());
+  EXPECT_FALSE(mixed->counts_increments(0));
+  EXPECT_TRUE(mixed->counts_increments(1));
+  const auto map = parse_import_map(
+      head + "[gyro]\n[[gyro.axis]]\n" + axis("a", "rate") + "[[gyro.axis]]\n" + axis("b", "increment"), "m");
+  ASSERT_FALSE(map);
+  EXPECT_NE(text(map.error()).find("m:24:8: a unit's axes are all rates or all increments"), std::string::npos)
+      << text(map.error());
 }
 
 TEST(ImportMap, ReportsEveryInvalidNameWithPosition) {

@@ -93,6 +93,9 @@ std::vector<ExportedRecord> make_exported_records() {
        make_varied_record({make_unit_of_axes("G-1_a", {counted}), make_unit_of_axes("G-2_a", {counted})}, false)},
       {"triad",
        make_varied_record({make_unit_of_axes("imu", {named(rate, "x"), named(rate, "y"), named(rate, "z")})}, false)},
+      {"mixed", make_varied_record({make_unit_of_axes("G-1_a", {counted}),
+                                    make_unit_of_axes("imu", {named(rate, "x"), named(rate, "y")})},
+                                   false)},
       {"imported", make_varied_record({make_unit_of_axes("gyro", {rate})}, true)},
   };
   for (ExportedRecord& one : cases) one.record.info.virtual_rig = one.name == "lot" || one.name == "triad";

@@ -144,13 +144,15 @@ void ControlSocket::listen(const Listener& listener) {
 namespace {
 
 /// Returns why no program has a socket for this record.
-std::string explain_absence(const std::string& record) {
+Fault explain_absence(const std::string& record) {
   std::error_code error;
-  if (std::filesystem::exists(record, error)) return "no program is running this run, so no request can be sent";
+  if (std::filesystem::exists(record, error))
+    return {FaultKind::usage, record, "no program is running this run, so no request can be sent"};
   const auto named = record + ".db";
   const bool is_near = std::filesystem::exists(named, error);
-  return "no such file, expected the record of a run in progress" +
-         (is_near ? fmt::format("; did you mean \"{}\"?", named) : "");
+  return {FaultKind::bad_file, record,
+          "no such file, expected the record of a run in progress" +
+              (is_near ? fmt::format("; did you mean \"{}\"?", named) : "")};
 }
 
 /// Connects to the socket of a run. If the listen queue is full, which the kernel reports immediately (EAGAIN), retries
@@ -162,7 +164,7 @@ Result<Descriptor> connect_to_run(const std::string& record, const Deadline& dea
   auto socket = make_socket(SOCK_NONBLOCK);
   while (::connect(socket.number(), as_sockaddr(*address), sizeof address->text) != 0) {
     constexpr int kRetryEveryMs = 50;
-    if (errno == ENOENT || errno == ECONNREFUSED) return failure(FaultKind::usage, record, explain_absence(record));
+    if (errno == ENOENT || errno == ECONNREFUSED) return failure(explain_absence(record));
     if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
     if (deadline.has_passed())
       return failure(FaultKind::timeout, path, "too many clients, or the run does not accept connections");

@@ -53,7 +53,8 @@ class ControlSocket {
 /// Sends a request to the program that carries out the run of `record`, and waits at most `within` for its answer.
 /// Sends nothing unless the listening process (SO_PEERCRED) is the one that RUN.db.status names, and its user owns that
 /// file and is this user, root, or the owner of the record or its folder. Fails with usage if no program listens there,
-/// refused if this user has no permission or another process listens, timeout, disconnected or corrupted.
+/// bad_file if the record does not exist either, refused if this user has no permission or another process listens,
+/// timeout, disconnected or corrupted.
 [[nodiscard]] Result<ControlAnswer> send_request(const std::string& record, const ControlRequest& request,
                                                  Duration within);
 

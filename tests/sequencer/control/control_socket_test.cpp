@@ -100,12 +100,17 @@ TEST(ControlSocket, RecordsUserOfMonitorNextToKernelUser) {
 
 TEST(ControlSocket, ReportsMissingListenerAndTimeOutOfSilentOne) {
   const tests::TestFolder folder;
-  const auto nobody = send_request(folder / "run.db", *make_request("pause", ""), 1s);
+  const auto pause = *make_request("pause", "");
+  const auto nothing = send_request(folder / "run.db", pause, 1s);
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().kind, FaultKind::bad_file);
+  std::ofstream(folder / "run.db") << "the record";
+  const auto nobody = send_request(folder / "run.db", pause, 1s);
   ASSERT_FALSE(nobody);
   EXPECT_EQ(nobody.error().kind, FaultKind::usage);
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
-  const auto silent = send_request(folder / "run.db", *make_request("pause", ""), 50ms);
+  const auto silent = send_request(folder / "run.db", pause, 50ms);
   ASSERT_FALSE(silent);
   EXPECT_EQ(silent.error().kind, FaultKind::timeout);
 }
@@ -119,6 +124,7 @@ TEST(ControlSocket, ReplacesSocketOfDeadProgramOnly) {
   }
   EXPECT_FALSE(std::filesystem::exists(control_socket_path(folder / "run.db"))) << "an orderly end removes it";
   std::filesystem::rename(folder / "kept", control_socket_path(folder / "run.db"));
+  std::ofstream(folder / "run.db") << "the record";
   const auto left = send_request(folder / "run.db", *make_request("stop", ""), 1s);
   ASSERT_FALSE(left);
   EXPECT_EQ(left.error().kind, FaultKind::usage);

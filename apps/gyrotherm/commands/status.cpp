@@ -92,7 +92,8 @@ std::string state_lines(const record::RunStatus& status) {
   if (overview.unconfirmed_set_points > 0)
     text += fmt::format("  {} set points were not confirmed in time; the chamber may have taken them\n",
                         overview.unconfirmed_set_points);
-  for (const auto& fault : overview.faults_now) text += fmt::format("  fault: {}\n", fault);
+  for (const auto& fault : overview.faults_now)
+    text += fmt::format("  {}fault: {}\n", has_stopped ? "last " : "", fault);
   text += alarm_lines(status);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s are waiting for the disk\n", status.backlog_s);
@@ -110,11 +111,17 @@ std::optional<bool> is_alive(const record::RunStatus& status) {
   return age && *age <= record::kSilentAfter;
 }
 
+/// Returns the last status file of a run that no program executes.
+std::optional<record::RunStatus> read_last_file(const record::RunStatus& status) {
+  auto last = record::read_status_file_if_any(status.path);
+  return last && last->id == status.id ? std::move(last) : std::nullopt;
+}
+
 /// Returns the age of the values in a status. For a run that no program executes, this is the age of its status file.
 std::optional<Duration> find_age(const record::RunStatus& status) {
   if (status.being_written || status.finished) return status_age(status);
-  const auto last = record::read_status_file_if_any(status.path);
-  return last && last->id == status.id ? status_age(*last) : std::nullopt;
+  const auto last = read_last_file(status);
+  return last ? status_age(*last) : std::nullopt;
 }
 
 std::string age_line(const record::RunStatus& status) {
@@ -238,15 +245,24 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
   return json_text(json) + "\n";
 }
 
+/// Adds the faults that the program of a dead run stated last, such as an open relay. Its record has no such list.
+void add_last_faults(record::RunStatus& status) {
+  if (status.being_written || status.finished || !status.ended_by.empty()) return;
+  if (auto last = read_last_file(status)) status.overview.faults_now = std::move(last->overview.faults_now);
+}
+
 /// Reads the status of a run. A run that waits for serial numbers has no record yet, only a status file.
 Result<record::RunStatus> read_present_status(const std::string& path) {
   auto status = record::read_status(path);
-  if (status) return status;
+  if (status) {
+    add_last_faults(*status);
+    return status;
+  }
   auto fresh = record::read_fresh_status(path);
   return fresh ? Result<record::RunStatus>(std::move(*fresh)) : status;
 }
 
-/// Returns a line per guard of a dead run, or a warning if the chamber was not made safe and no guard is left.
+/// Returns a line per guard of a dead run, or a warning if no guard is left and nothing shows a safe chamber.
 std::string guard_lines(const record::RunStatus& status) {
   std::string text;
   for (const auto& guard : find_guards(status.path))
@@ -255,8 +271,8 @@ std::string guard_lines(const record::RunStatus& status) {
   const bool is_dead = !status.being_written && !status.finished;
   if (text.empty() && is_dead && record::path_exists(watchdog::safe_state_path(status.path)))
     text = fmt::format(
-        "  WARNING: no guard is left, and the chamber was not made safe; run \"gyrotherm-make-safe {0}\" or "
-        "\"gyrotherm resume {0}{1}\"\n",
+        "  WARNING: no guard is left, and nothing shows that the chamber was made safe; run "
+        "\"gyrotherm-make-safe {0}\" or \"gyrotherm resume {0}{1}\"\n",
         status.path, needs_operator(status) ? " --accept" : "");
   return text;
 }

@@ -12,6 +12,7 @@
 #include <regex>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/status_file.hpp"
 #include "core/file.hpp"
 #include "sequencer/control/control_socket.hpp"
 #include "tests/apps/gyrotherm/real_rig.hpp"
@@ -119,7 +120,11 @@ TEST_F(GuardedRun, AsksBeforeResumeIfRecordLacksEnd) {
   EXPECT_EQ(run.wait(), -SIGKILL);
   end_guards(record);
   ASSERT_TRUE(std::filesystem::exists(record + ".safe-state"));
+  auto last = record::read_status_file(record).value();
+  last.overview.faults_now = {"the relay of [safe.also] was opened"};
+  ASSERT_TRUE(record::write_status(last));
   const auto killed = gyrotherm_with("status " + record);
+  EXPECT_NE(killed.out.find("  last fault: the relay of [safe.also] was opened\n"), std::string::npos) << killed.out;
   EXPECT_NE(killed.out.find("WARNING: no guard is left"), std::string::npos) << killed.out << killed.err;
   EXPECT_NE(killed.out.find("\"gyrotherm resume\" continues the run"), std::string::npos) << killed.out;
   EXPECT_EQ(killed.out.find("ended by"), std::string::npos) << killed.out;
@@ -262,7 +267,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutGuard) {
 
 TEST_F(GuardedRun, AnswersAndRecordsRequests) {
   const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
-  EXPECT_EQ(tell("pause").exit_code, 2) << "no run is active";
+  EXPECT_EQ(tell("pause").exit_code, 4) << "the record does not exist yet";
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   EXPECT_EQ(tell("note 'looked at the cable'").exit_code, 0);

@@ -574,6 +574,15 @@ Result<void> check_signing_key(const SigningKey& key) {
   return {};
 }
 
+Result<UnlockedKey> UnlockedKey::make(const SigningKey& key) {
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  auto memory = prepare_key(*folder, key);
+  if (!memory) return failure(memory.error());
+  SigningKey unlocked{.key_file = memory->path(), .certificate_file = key.certificate_file};
+  return UnlockedKey(std::move(*memory), std::move(unlocked));
+}
+
 Result<void> check_signing_key_without_prompt(const SigningKey& key) {
   const auto pem = read_pem(key.key_file, PemContent::private_key);
   if (!pem) return failure(pem.error());

@@ -6,8 +6,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/result.hpp"
+#include "report/other_program.hpp"
 #include "report/xml_reader.hpp"
 
 namespace gyrotherm::report {
@@ -17,8 +19,8 @@ struct SigningKey {
   std::string key_file{};
   /// The key's certificate first, then the intermediate certificates.
   std::string certificate_file{};
-  /// File with the password of the key on its first line; empty if the key has no
-  /// password, or if openssl is to prompt for it.
+  /// File with the password of the key on its first line; empty if the key has no password, or if openssl is to prompt
+  /// for it.
   std::string password_file{};
 };
 
@@ -47,6 +49,22 @@ struct Signer {
 /// Does the same as check_signing_key(), but checks only the certificate if openssl would prompt for the password.
 [[nodiscard]] Result<void> check_signing_key_without_prompt(const SigningKey& key);
 
+/// Decrypted key for several signatures: openssl prompts at most once for its password. The key is only in memory.
+class UnlockedKey {
+ public:
+  /// Fails like check_signing_key().
+  [[nodiscard]] static Result<UnlockedKey> make(const SigningKey& key);
+
+  /// Returns the key without a password. Valid while this object exists.
+  [[nodiscard]] const SigningKey& key() const { return key_; }
+
+ private:
+  UnlockedKey(MemoryFile memory, SigningKey key) : memory_(std::move(memory)), key_(std::move(key)) {}
+
+  MemoryFile memory_;
+  SigningKey key_;
+};
+
 /// Fails with bad_file if a file of trusted certificates contains no certificate in PEM.
 [[nodiscard]] Result<void> check_trusted_file(const std::string& path);
 
@@ -64,8 +82,7 @@ inline constexpr int kEnoughRsaBits = 3072;
 
 /// Signs a certificate: an enveloped RSA-SHA256 signature over the whole document that includes the key's certificates.
 /// Fails with bad_file if key and certificate do not match or cannot be read, if the key has less than kFewestRsaBits
-/// bits, if a program is not installed, or if the
-/// new signature does not verify.
+/// bits, if a program is not installed, or if the new signature does not verify.
 [[nodiscard]] Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key);
 
 /// Returns a signed certificate without its signature: the text that was signed. Fails with bad_file unless it has

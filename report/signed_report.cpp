@@ -278,12 +278,14 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
         fmt::format("was changed after {} authorised it: {}", plain(authorised->authorised.name), text(differences)));
   const auto files = render_authorised_files(folder, *authorised, *report, render);
   if (!files) return failure(files.error());
-  auto pdfs = sign_pdfs(folder, *files, key, report->number);
+  const auto unlocked = UnlockedKey::make(key);
+  if (!unlocked) return failure(unlocked.error());
+  auto pdfs = sign_pdfs(folder, *files, unlocked->key(), report->number);
   if (!pdfs) return failure(pdfs.error());
   const DccOptions options = make_dcc_options(*files, *pdfs, *authorised, mandatory_language(*report));
   const auto dcc = make_dcc(*report, options);
   if (!dcc) return failure(dcc.error());
-  const auto signed_dcc = sign_dcc(*dcc, key);
+  const auto signed_dcc = sign_dcc(*dcc, unlocked->key());
   if (!signed_dcc) return failure(signed_dcc.error());
   pdfs->push_back({kDccFile, *signed_dcc});
   if (auto put = replace_all(folder, *pdfs); !put) return failure(put.error());

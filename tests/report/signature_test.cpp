@@ -650,6 +650,20 @@ TEST_F(Signed, RequiresPasswordOfLockedKey) {
   EXPECT_TRUE(failing().empty());
 }
 
+TEST_F(Signed, UnlockedKeySignsWithoutPassword) {
+  SigningKey locked = keys_->key("lab");
+  locked.key_file = *keys_ / "locked.key";
+  locked.password_file = *keys_ / "password";
+  const auto unlocked = UnlockedKey::make(locked);
+  ASSERT_TRUE(unlocked) << text(unlocked.error());
+  EXPECT_EQ(unlocked->key().password_file, "");
+  for (const char* bytes : {"first", "second"}) {
+    const auto signature = sign_bytes(bytes, unlocked->key());
+    ASSERT_TRUE(signature) << text(signature.error());
+    EXPECT_TRUE(verify_bytes(bytes, *signature, bytes, {.certificates_file = locked.certificate_file}));
+  }
+}
+
 TEST_F(Signed, RefusesKeyOfOtherCertificate) {
   SigningKey key = keys_->key("lab");
   key.certificate_file = *keys_ / "colleague.pem";

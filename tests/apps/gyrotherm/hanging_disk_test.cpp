@@ -59,119 +59,108 @@ void expect_every_second_up_to(std::int64_t last, const std::string& path) {
   EXPECT_TRUE(record::verify_record(path));
 }
 
-/// Starts a run of a shipped test profile, with record "run.db", on a disk that hangs while the file "hangs" exists.
-/// `variable` selects the hanging writes.
-std::unique_ptr<Background> start_run(const std::string& profile, const RealLaboratory& laboratory,
-                                      const Folder& folder, const char* variable) {
-  const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file(variable, folder / "hangs");
-  const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
-  return std::make_unique<Background>(std::vector<std::string>{"run", "tests/profiles/" + profile + ".toml", "--rig",
-                                                               laboratory.rig(), "--out", folder / "run.db", "--json"},
-                                      folder / "log");
-}
+/// A run on a disk that hangs while the file "hangs" exists.
+class HangingDisk : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(laboratory_.serves()); }
 
-TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db", hangs = folder / "hangs";
-  const auto run = start_run("ten-minutes-warm", laboratory, folder, "GYROTHERM_HANG");
-  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  /// Starts a run of a shipped test profile and waits for its first acknowledged second. `variable` selects the writes
+  /// that hang.
+  void start_run(const std::string& profile, const char* variable = "GYROTHERM_HANG") {
+    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file(variable, hangs_);
+    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    run_ = std::make_unique<Background>(std::vector<std::string>{"run", "tests/profiles/" + profile + ".toml", "--rig",
+                                                                 laboratory_.rig(), "--out", record_, "--json"},
+                                        folder_ / "log");
+    ASSERT_TRUE(run_->wait_for(acknowledged(1), 60)) << run_->output();
+  }
 
-  std::ofstream(hangs) << "now";
-  const auto hanging = wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
+  void hang_disk() const { std::ofstream(hangs_) << "now"; }
+  void release_disk() const { std::filesystem::remove(hangs_); }
+
+  const Folder folder_;
+  const RealLaboratory laboratory_{folder_ / ""};
+  const std::string record_ = folder_ / "run.db", hangs_ = folder_ / "hangs";
+  std::unique_ptr<Background> run_;
+};
+
+TEST_F(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
+  ASSERT_NO_FATAL_FAILURE(start_run("ten-minutes-warm"));
+
+  hang_disk();
+  const auto hanging = wait_for_status(record_, [](const auto& status) { return !status.storage_trouble.empty(); });
   EXPECT_NE(hanging.storage_trouble.find("a write to the disk has not returned for "), std::string::npos)
       << hanging.storage_trouble;
-  const auto later = wait_for_status(record, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
+  const auto later = wait_for_status(record_, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
   EXPECT_GE(later.slot, hanging.slot + 2) << "ticks go on";
   EXPECT_EQ(later.acknowledged, hanging.acknowledged);
   EXPECT_GE(later.backlog_s, 4);
-  EXPECT_EQ(run->output().find(acknowledged(hanging.acknowledged + 1)), std::string::npos)
+  EXPECT_EQ(run_->output().find(acknowledged(hanging.acknowledged + 1)), std::string::npos)
       << "rows that are not on the disk are not acknowledged";
-  const auto shown = gyrotherm_with("status " + record);
+  const auto shown = gyrotherm_with("status " + record_);
   EXPECT_NE(shown.out.find("no rows can be written: a write to the disk has not returned for "), std::string::npos)
       << shown.out << shown.err;
 
-  std::filesystem::remove(hangs);
-  const auto well = wait_for_status(record, [&](const auto& status) { return status.acknowledged >= later.slot; });
+  release_disk();
+  const auto well = wait_for_status(record_, [&](const auto& status) { return status.acknowledged >= later.slot; });
   EXPECT_GE(well.acknowledged, later.slot) << "the waiting rows are on the disk";
   EXPECT_EQ(well.storage_trouble, "");
-  run->signal(SIGINT);
-  EXPECT_EQ(run->wait(), 5) << run->output();
-  expect_every_second_up_to(well.acknowledged, record);
+  run_->signal(SIGINT);
+  EXPECT_EQ(run_->wait(), 5) << run_->output();
+  expect_every_second_up_to(well.acknowledged, record_);
 }
 
 /// The guard must not take the waiting program for a dead one.
-TEST(HangingDisk, InterruptedRunWaitsUntilItsEndIsWritten) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db", hangs = folder / "hangs";
-  const auto run = start_run("ten-minutes-warm", laboratory, folder, "GYROTHERM_HANG");
-  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
-  std::ofstream(hangs) << "now";
-  (void)wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
-  run->signal(SIGINT);
-  EXPECT_TRUE(run->wait_for("the program waits for the disk", 30)) << run->output();
+TEST_F(HangingDisk, InterruptedRunWaitsUntilItsEndIsWritten) {
+  ASSERT_NO_FATAL_FAILURE(start_run("ten-minutes-warm"));
+  hang_disk();
+  (void)wait_for_status(record_, [](const auto& status) { return !status.storage_trouble.empty(); });
+  run_->signal(SIGINT);
+  EXPECT_TRUE(run_->wait_for("the program waits for the disk", 30)) << run_->output();
   std::this_thread::sleep_for(std::chrono::seconds(12));
-  ASSERT_TRUE(run->is_running()) << run->output();
-  EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
-  std::filesystem::remove(hangs);
-  EXPECT_EQ(run->wait(), 5) << run->output();
-  const auto kept = record::read_record(record);
+  ASSERT_TRUE(run_->is_running()) << run_->output();
+  EXPECT_FALSE(std::filesystem::exists(record_ + ".made-safe"));
+  release_disk();
+  EXPECT_EQ(run_->wait(), 5) << run_->output();
+  const auto kept = record::read_record(record_);
   ASSERT_TRUE(kept) << text(kept.error());
   EXPECT_EQ(kept->events.back().event.kind, EventKind::interrupted);
 }
 
-TEST(HangingDisk, CompleteRunWaitsUntilItsEndIsWritten) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db", hangs = folder / "hangs";
-  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG");
-  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
-  std::ofstream(hangs) << "now";
-  EXPECT_TRUE(run->wait_for("the program waits for the disk", 60)) << run->output();
+TEST_F(HangingDisk, CompleteRunWaitsUntilItsEndIsWritten) {
+  ASSERT_NO_FATAL_FAILURE(start_run("ten-seconds"));
+  hang_disk();
+  EXPECT_TRUE(run_->wait_for("the program waits for the disk", 60)) << run_->output();
   constexpr auto kLongerThanAnyCloseOfRecord = std::chrono::seconds(32);
   std::this_thread::sleep_for(kLongerThanAnyCloseOfRecord);
-  ASSERT_TRUE(run->is_running()) << run->output();
-  std::filesystem::remove(hangs);
-  EXPECT_EQ(run->wait(), 0) << run->output();
-  EXPECT_NE(run->output().find("recorded, "), std::string::npos) << run->output();
-  expect_every_second_up_to(9, record);
-  EXPECT_TRUE(record::read_record(record)->finished);
+  ASSERT_TRUE(run_->is_running()) << run_->output();
+  release_disk();
+  EXPECT_EQ(run_->wait(), 0) << run_->output();
+  EXPECT_NE(run_->output().find("recorded, "), std::string::npos) << run_->output();
+  expect_every_second_up_to(9, record_);
+  EXPECT_TRUE(record::read_record(record_)->finished);
 }
 
-TEST(HangingDisk, CompleteRunSaysWhatIsMissingIfItIsNotToWait) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto hangs = folder / "hangs";
-  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG");
-  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
-  std::ofstream(hangs) << "now";
-  EXPECT_TRUE(run->wait_for("the program waits for the disk", 60)) << run->output();
-  run->signal(SIGINT);
-  EXPECT_TRUE(run->wait_for("the profile is complete, but the record lacks its last seconds", 30)) << run->output();
-  EXPECT_NE(run->output().find("the chamber stays on"), std::string::npos) << run->output();
-  std::filesystem::remove(hangs);
-  EXPECT_EQ(run->wait(), 4) << run->output();
+TEST_F(HangingDisk, CompleteRunSaysWhatIsMissingIfItIsNotToWait) {
+  ASSERT_NO_FATAL_FAILURE(start_run("ten-seconds"));
+  hang_disk();
+  EXPECT_TRUE(run_->wait_for("the program waits for the disk", 60)) << run_->output();
+  run_->signal(SIGINT);
+  EXPECT_TRUE(run_->wait_for("the profile is complete, but the record lacks its last seconds", 30)) << run_->output();
+  EXPECT_NE(run_->output().find("the chamber stays on"), std::string::npos) << run_->output();
+  release_disk();
+  EXPECT_EQ(run_->wait(), 4) << run_->output();
 }
 
-TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db", hangs = folder / "hangs";
-  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG_STATUS");
-  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
-  std::ofstream(hangs) << "now";
-  EXPECT_EQ(run->wait(), 0) << run->output();
-  std::filesystem::remove(hangs);
-  const auto kept = record::read_record(record);
+TEST_F(HangingDisk, LetsRunEndWithoutStatusFile) {
+  ASSERT_NO_FATAL_FAILURE(start_run("ten-seconds", "GYROTHERM_HANG_STATUS"));
+  hang_disk();
+  EXPECT_EQ(run_->wait(), 0) << run_->output();
+  release_disk();
+  const auto kept = record::read_record(record_);
   ASSERT_TRUE(kept) << text(kept.error());
   EXPECT_TRUE(kept->finished);
-  const auto verified = record::verify_record(record);
+  const auto verified = record::verify_record(record_);
   ASSERT_TRUE(verified) << text(verified.error());
   EXPECT_TRUE(verified->manifest);
 }

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <iterator>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/clock.hpp"
@@ -151,10 +153,13 @@ const Alarms::Row* Alarms::find(std::string_view tag) const {
 }
 
 bool Alarms::is_listed(const Row& row) const {
+  return is_listed(row, row.alarm.suppressed_by.empty() ? nullptr : find(row.alarm.suppressed_by));
+}
+
+bool Alarms::is_listed(const Row& row, const Row* root) {
   const auto& alarm = row.alarm;
   if (alarm.suppressed_by.empty()) return alarm.active || !alarm.acknowledged || alarm.is_shelved();
-  const auto* root = find(alarm.suppressed_by);
-  return alarm.active || (root && root != &row && root->alarm.suppressed_by.empty() && is_listed(*root));
+  return alarm.active || (root && root->alarm.suppressed_by.empty() && is_listed(*root, nullptr));
 }
 
 AlarmPriority Alarms::priority_of_group(const Row& row) const {
@@ -172,6 +177,11 @@ bool Alarms::is_suppressed_by(const Row* root, const Alarm& alarm) const {
   return root->alarm.active && alarm.priority <= priority_of_group(*root);
 }
 
+std::int64_t Alarms::take_removed_count(const std::string& tag) {
+  const auto removed = removed_counts_.extract(tag);
+  return removed ? removed.mapped() : 0;
+}
+
 void Alarms::raise(const RecordedEvent& recorded) {
   const auto& event = recorded.event;
   auto row = std::ranges::find_if(rows_, [&](const Row& one) { return one.alarm.tag() == alarm_tag(event.about); });
@@ -179,7 +189,7 @@ void Alarms::raise(const RecordedEvent& recorded) {
     rows_.push_back({.alarm = {.first_utc = event.at.utc,
                                .interlock = event.about.interlock,
                                .subject = event.about.channel,
-                               .count = 0,
+                               .count = take_removed_count(alarm_tag(event.about)),
                                .acknowledged = true},
                      .unacknowledged = {}});
     row = std::prev(rows_.end());
@@ -194,7 +204,10 @@ void Alarms::raise(const RecordedEvent& recorded) {
   ++alarm.count;
   alarm.active = true;
   alarm.last_number = event.number;
-  if (alarm.is_shelved() && alarm.reaction == kWarning) return;
+  if (alarm.is_shelved() && alarm.reaction == kWarning) {
+    shelved_numbers_.push_back(event.number);
+    return;
+  }
   end_shelving(alarm);
   alarm.suppressed_by = is_suppressed_by(find(root), alarm) ? root : std::string();
   alarm.acknowledged = false;
@@ -261,12 +274,32 @@ void Alarms::change_shelving(const Event& event) {
 
 void Alarms::make_room() {
   if (rows_.size() <= kMaxRows) return;
-  const auto rank = [this](const Row& row) { return std::pair(is_listed(row), row.alarm.priority); };
+  struct Group {
+    const Row* root{};
+    AlarmPriority priority{};
+    bool has_consequences{};
+  };
+  std::map<std::string, Group, std::less<>> groups;
+  for (const auto& row : rows_) groups[row.alarm.tag()] = {&row, row.alarm.priority, false};
+  for (const auto& row : rows_) {
+    if (row.alarm.suppressed_by.empty()) continue;
+    auto& group = groups[row.alarm.suppressed_by];
+    group.priority = std::max(group.priority, row.alarm.priority);
+    group.has_consequences = group.has_consequences || row.alarm.active || !row.alarm.acknowledged;
+  }
+  const auto rank = [&](const Row& row) {
+    const auto& own = groups.at(row.alarm.tag());
+    const auto* root = row.alarm.suppressed_by.empty() ? nullptr : groups.at(row.alarm.suppressed_by).root;
+    return std::tuple(is_listed(row, root), own.priority, own.has_consequences);
+  };
   const auto newest = std::prev(rows_.end());
-  const auto least =
-      std::min_element(rows_.begin(), newest, [&](const Row& a, const Row& b) { return rank(a) < rank(b); });
+  const auto least = std::ranges::min_element(rows_.begin(), newest, {}, rank);
   removed_numbers_.insert(removed_numbers_.end(), least->unacknowledged.begin(), least->unacknowledged.end());
+  const auto tag = least->alarm.tag();
+  removed_counts_[tag] = least->alarm.count;
   rows_.erase(least);
+  for (auto& row : rows_)
+    if (row.alarm.suppressed_by == tag) row.alarm.suppressed_by.clear();
 }
 
 void Alarms::update(const RecordedEvent& recorded) {
@@ -316,7 +349,8 @@ std::vector<Alarm> Alarms::unacknowledged() const {
 }
 
 AlarmCount Alarms::count() const {
-  AlarmCount count{.tags = static_cast<std::int64_t>(rows_.size())};
+  AlarmCount count{.tags = static_cast<std::int64_t>(rows_.size() + removed_counts_.size())};
+  for (const auto& [tag, occurrences] : removed_counts_) count.occurrences += occurrences;
   for (const auto& row : rows_) {
     count.occurrences += row.alarm.count;
     count.unacknowledged += row.alarm.awaits_acknowledgement() ? 1 : 0;

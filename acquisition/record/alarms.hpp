@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdint>
 #include <initializer_list>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -74,7 +75,7 @@ struct Alarm {
   [[nodiscard]] bool is_shelved() const { return !shelved_by.empty(); }
 };
 
-/// Totals of a run.
+/// Totals of a run, with the rows that were removed because the list was full.
 struct AlarmCount {
   std::int64_t occurrences{};
   std::int64_t tags{};
@@ -134,7 +135,8 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 class Alarms {
  public:
   /// The maximum number of rows kept. Adding another row removes an old one: a row that is no longer in the list if
-  /// there is one, otherwise the oldest row of the lowest priority.
+  /// there is one, otherwise the oldest row of the lowest priority. A root has the highest priority of its consequences
+  /// and is removed after them; consequences whose root is removed become rows of their own.
   static constexpr std::size_t kMaxRows = 256;
 
   /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.
@@ -171,7 +173,11 @@ class Alarms {
   void change_shelving(const Event& event);
   [[nodiscard]] bool has_consequences(const Alarm& alarm) const;
   void make_room();
+  /// Returns the number of occurrences in a removed row, and forgets it.
+  [[nodiscard]] std::int64_t take_removed_count(const std::string& tag);
   [[nodiscard]] bool is_listed(const Row& row) const;
+  /// Returns whether a row is in the list. `root` is the row that suppresses it; null if there is none.
+  [[nodiscard]] static bool is_listed(const Row& row, const Row* root);
   [[nodiscard]] const Row* find(std::string_view tag) const;
   [[nodiscard]] bool is_suppressed_by(const Row* root, const Alarm& alarm) const;
   [[nodiscard]] AlarmPriority priority_of_group(const Row& row) const;
@@ -179,6 +185,8 @@ class Alarms {
   std::vector<Row> rows_;  ///< ordered by first occurrence
   /// Numbers of occurrences.
   std::vector<std::int64_t> acknowledged_, removed_numbers_, shelved_numbers_;
+  /// Occurrences in the rows that were removed, by tag.
+  std::map<std::string, std::int64_t> removed_counts_;
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40

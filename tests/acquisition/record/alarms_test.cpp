@@ -267,6 +267,38 @@ TEST(Alarms, KeepHigherPriorityWhenFull) {
       << "it is not acknowledged";
 }
 
+/// A late host makes every channel of a large rig silent.
+TEST(Alarms, ListEveryActiveRowWhenFullOfConsequences) {
+  Alarms alarms;
+  alarms.update(numbered(1, occurrence("host_late", "", "warn", 1)));
+  for (int i = 2; i <= 300; ++i)
+    alarms.update(numbered(i, occurrence("channel_lost", std::to_string(i), "warn", i, "host_late")));
+  ASSERT_EQ(alarms.list().size(), Alarms::kMaxRows);
+  EXPECT_EQ(alarms.list().front().tag(), "host_late") << "the root is removed after its consequences";
+  EXPECT_EQ(alarms.count().unacknowledged, 1);
+  for (int i = 301; i <= 600; ++i) alarms.update(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
+  ASSERT_EQ(alarms.list().size(), Alarms::kMaxRows);
+  for (const auto& alarm : alarms.list()) EXPECT_EQ(alarm.suppressed_by, "") << alarm.tag();
+}
+
+TEST(Alarms, ConsequenceOfRemovedRootIsRowOfItsOwn) {
+  Alarms alarms;
+  alarms.update(numbered(1, occurrence("host_late", "", "warn", 1)));
+  for (int i = 2; i <= 256; ++i) alarms.update(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
+  alarms.update(numbered(257, occurrence("channel_lost", "A", "warn", 257, "host_late")));
+  ASSERT_EQ(alarms.list().size(), Alarms::kMaxRows);
+  EXPECT_EQ(alarms.list().front().tag(), "channel_lost A");
+  EXPECT_TRUE(alarms.list().front().awaits_acknowledgement());
+}
+
+TEST(Alarms, CountRowsThatWereRemoved) {
+  Alarms alarms;
+  for (int i = 1; i <= 600; ++i) alarms.update(numbered(i, occurrence("lost", std::to_string(i % 300), "warn", i)));
+  EXPECT_EQ(alarms.count().occurrences, 600);
+  EXPECT_EQ(alarms.count().tags, 300);
+  EXPECT_EQ(alarms.list().front().count, 2);
+}
+
 TEST(Alarms, OutliveProgramThatRecordedThem) {
   for (const bool background : {false, true}) {
     const Folder folder;

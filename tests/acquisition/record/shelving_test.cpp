@@ -79,8 +79,9 @@ TEST_F(Shelving, CountsRecurrencesWithoutAnnouncingThem) {
   for (int i = 0; i < 5; ++i) {
     add(return_event("disagreement", "A", 30 + 20 * i));
     EXPECT_EQ(describe_alarm_state(alarms_.list().at(0)), "returned, shelved");
-    add(warning("disagreement", "A", 40 + 20 * i));
+    const auto again = add(warning("disagreement", "A", 40 + 20 * i));
     EXPECT_EQ(announced(), 0u);
+    EXPECT_EQ(alarms_.refusal_reason(again), fmt::format("alarm {} was shelved and needs no acknowledgement", again));
   }
   const auto row = alarms_.list().at(0);
   EXPECT_EQ(row.count, 6);

@@ -131,6 +131,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
     if (auto begun = begin_part(entries, frames); !begun) return begun;
   if (auto done = write_transaction(entries, frames); !done) return handle_failure(done.error());
   locked_ = 0;
+  frames_ = frames;
   keep(entries);
   last_event_ = std::max(last_event_, file_->last_event());
   if (!entries.empty()) acknowledged_ = entries.back()->last;
@@ -142,6 +143,11 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
 Result<void> RecordWriter::finish() {
   if (!file_) return failure(FaultKind::storage, path_, "no part of the record is open: " + failed_);
   auto finished = file_->finish();
+  if (!finished && file_->interference()) {
+    give_up(finished.error());
+    if (auto begun = begin_part({}, frames_); !begun) return begun;
+    finished = file_->finish();
+  }
   if (!finished) return finished;
   file_.reset();
   return spoiled_ ? Result<void>{} : close_record(path_, options_.part);

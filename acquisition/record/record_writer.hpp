@@ -44,8 +44,9 @@ class RecordWriter {
   /// any other failure, or a long lock, the present file is left untouched, and the next call begins a new part with
   /// the rows that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
-  /// Marks the run as finished, closes the file and writes its manifest. Writes no manifest if another program damaged
-  /// a file of the record. Afterwards the object may only be destroyed.
+  /// Marks the run as finished, closes the file and writes its manifest. If another program has changed or removed the
+  /// file since the last row, finishes a new part with its rows. Writes no manifest if another program damaged a file
+  /// of the record. Afterwards the object may only be destroyed.
   [[nodiscard]] Result<void> finish();
 
   /// Describes the damage that another program did to the record's files; empty if there is none.
@@ -91,6 +92,7 @@ class RecordWriter {
   bool spoiled_ = false;
   /// The acknowledged rows in memory. The first entry is never an event without a slot.
   std::deque<EntryPointer> kept_;
+  FrameCount frames_;  ///< those of the last transaction
   std::int64_t from_{};
   /// The last slot and the highest event number that are acknowledged.
   std::int64_t acknowledged_{-1};

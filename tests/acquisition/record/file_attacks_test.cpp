@@ -142,6 +142,25 @@ TEST_P(FileAttacks, LetRunResumeAfterProgramDied) {
   EXPECT_EQ(read_record(path).value().slot.size(), static_cast<std::size_t>(kBefore + kAfter + 1));
 }
 
+TEST_P(FileAttacks, LoseNothingBetweenLastRowAndEnd) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store =
+      Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
+  for (std::int64_t slot = 0; slot < kBefore; ++slot) {
+    ASSERT_TRUE(store->append(sample_at(slot), {}));
+    ASSERT_TRUE(store->settle(kLong));
+  }
+  GetParam().act(path);
+  EXPECT_EQ(store->finish().has_value(), !GetParam().damages_database);
+  store.reset();
+  const auto record = read_record(path);
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), static_cast<std::size_t>(kBefore));
+  EXPECT_TRUE(record->finished);
+  EXPECT_EQ(path_exists(manifest_path(path)), !GetParam().damages_database);
+}
+
 INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
                          [](const auto& of) { return std::string(of.param.name); });
 

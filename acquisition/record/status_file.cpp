@@ -49,6 +49,8 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("virtual_instruments", true, status.virtual_instruments);
   form.if_present("faults_while_off", true, status.faults_while_off);
   form.if_present("chamber_set_point_c", true, status.chamber_set_point);
+  form.if_present("slot_since_boot_ns", true, status.slot_since_boot);
+  form.if_present("slot_in_boot", true, status.slot_in_boot);
 }
 
 bool is_in_virtual_time(const RunStatus& status) { return status.simulated && status.virtual_instruments.empty(); }
@@ -74,6 +76,11 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
   if (!is_possible_time(status.written_utc) || !is_possible_time(status.written_since_boot)) {
     status.written_utc = status.written_since_boot = {};
     status.written_in_boot.clear();
+  }
+  if (!is_possible_time(status.slot_since_boot)) status.slot_in_boot.clear();
+  if (!root->has("slot_in_boot")) {
+    status.slot_since_boot = status.written_since_boot;
+    status.slot_in_boot = status.written_in_boot;
   }
   return status;
 }

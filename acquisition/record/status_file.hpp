@@ -59,7 +59,7 @@ struct RunStatus {
 
   /// The state of the run. Its times and faults are known only while a program writes the record.
   RunOverview overview{};
-  /// The cause of the end of the run: the last event of a record that is not being written.
+  /// The cause of the end of the run, if an event of a record that is not being written states it.
   std::string ended_by{};
   /// The number of seconds of data that wait for the disk.
   std::int64_t backlog_s{};
@@ -67,6 +67,10 @@ struct RunStatus {
   std::string storage_trouble{};
   /// The damage that another program did to the record's files; empty if there is none.
   std::string record_damage{};
+  /// Time of the sample `slot` since the machine was booted, and that boot. A file of an earlier version does not state
+  /// them; they are then those of the file.
+  Duration slot_since_boot{};
+  std::string slot_in_boot{};
   /// Time when the status file was written: UTC of the wall clock, and time since the machine was booted.
   Duration written_utc{};
   Duration written_since_boot{};

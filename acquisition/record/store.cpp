@@ -153,6 +153,8 @@ class OrderedStore : public Store {
 
   void update_status(const Sample& sample) {
     status_.slot = sample.slot;
+    status_.slot_since_boot = since_boot();
+    status_.slot_in_boot = boot_;
     status_.overview.state = sample.state;
     status_.frames = before_;
     for (const auto& unit : sample.units) {
@@ -168,6 +170,7 @@ class OrderedStore : public Store {
       status_.thermometers[i].second = known_value(sample.thermometers[i]);
   }
 
+  const std::string boot_ = boot_id();
   RunInfo info_;
   RateMeters meters_;
   /// The status of everything appended.
@@ -642,6 +645,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   const auto last_event = read_last_event_number(*files);
   if (!last_event) return failure(last_event.error());
   const auto before = read_status(*files);
+  const auto last_file = read_status_file_if_any(path);
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
     if (const auto info = read_info(*files); info)
@@ -657,6 +661,10 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (before) {  // all files
     status->faults = before->faults;
     status->faults_while_off = before->faults_while_off;
+  }
+  if (last_file && last_file->id == status->id) {  // the new file is about the same sample
+    status->slot_since_boot = last_file->slot_since_boot - std::chrono::seconds(last_file->slot - status->slot);
+    status->slot_in_boot = last_file->slot_in_boot;
   }
   if (auto proved = file->test_write(); !proved) return failure(proved.error());
   return open_store(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},

@@ -142,7 +142,8 @@ Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t
 
 std::string status_text(const FoundRun& run) {
   auto json = Json::parse(record::to_json(run.status));
-  for (const auto* internal : {"schema", "written_utc_ns", "written_since_boot_ns", "written_in_boot", "path", "pid"})
+  for (const auto* internal : {"schema", "written_utc_ns", "written_since_boot_ns", "written_in_boot",
+                               "slot_since_boot_ns", "slot_in_boot", "path", "pid"})
     json.erase(internal);
   json["key"] = run.key;
   json["name"] = run.name;

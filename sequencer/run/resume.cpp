@@ -247,6 +247,17 @@ struct Ending {
   bool is_recorded = false;
 };
 
+/// Returns the last event that states why the run ended, if it was not resumed afterwards. Notes may follow it.
+const Event* find_last_cause(const record::Record& record) {
+  for (auto event = record.events.rbegin(); event != record.events.rend(); ++event) {
+    const auto& one = event->event;
+    if (one.kind == EventKind::started || one.kind == EventKind::resumed) return nullptr;
+    const bool aborts = one.about.reaction.empty() || one.about.reaction == name(interlocks::Reaction::abort);
+    if (one.kind == EventKind::interrupted || (one.kind == EventKind::interlock && aborts)) return &one;
+  }
+  return nullptr;
+}
+
 Ending read_ending(const record::Record& record) {
   Ending ending;
   if (!record.state.empty()) ending.state = record.state.back();
@@ -256,8 +267,9 @@ Ending read_ending(const record::Record& record) {
   const bool is_early_format = last.about.reaction.empty();
   if (ending.state == RunState::execute && last.kind == EventKind::interlock && is_early_format)
     ending.state = RunState::aborted;
-  if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
-    ending.why = last.text;
+  const auto* cause = find_last_cause(record);
+  if (cause != nullptr && (cause->kind == EventKind::interrupted || ending.state == RunState::aborted)) {
+    ending.why = cause->text;
     ending.is_recorded = true;
   } else if (ending.state != RunState::execute) {
     const auto reported = std::find_if(record.events.rbegin(), record.events.rend(),
@@ -357,8 +369,8 @@ Downtime compute_downtime(const record::Record& record, const std::optional<reco
                           const MachineTime& now) {
   const auto last = record.slot.empty() ? std::int64_t{-1} : record.slot.back();
   const bool is_about_it = status && status->id == record.info.id;
-  if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)
-    return now.since_boot - status->written_since_boot + kSecond * (status->slot - last);
+  if (is_about_it && !now.boot.empty() && status->slot_in_boot == now.boot)
+    return now.since_boot - status->slot_since_boot + kSecond * (status->slot - last);
   const auto down = now.utc - record.last_utc.value_or(record.info.started_utc);
   const auto duration = format_duration(std::max(down, Duration{}));
   if (is_about_it && down < now.since_boot)

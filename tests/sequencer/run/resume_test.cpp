@@ -161,6 +161,8 @@ record::RunStatus status_at(std::int64_t slot) {
   status.written_utc = kLastSecond;
   status.written_since_boot = kSecond * (5000 + slot - 100);
   status.written_in_boot = "this boot";
+  status.slot_since_boot = status.written_since_boot;
+  status.slot_in_boot = status.written_in_boot;
   return status;
 }
 
@@ -183,12 +185,23 @@ TEST(Downtime, CountsFromLastSecondOfRecordWhenStatusIsOfAnotherRun) {
     EXPECT_EQ(compute_downtime(record, status_at(slot), now).down, kSecond * 60);
 }
 
+/// A program that waits for the disk, or that only reopened the record, writes the file without a new second.
+TEST(Downtime, CountsFromLastSecondAlthoughFileWasRewritten) {
+  auto status = status_at(100);
+  status.written_since_boot += kSecond * 3600;
+  const MachineTime now{.utc = {}, .since_boot = kSecond * (5000 + 3610), .boot = "this boot"};
+  EXPECT_EQ(compute_downtime(record_stopped_at_100(), status, now).down, kSecond * 3610);
+  status.written_in_boot = "this boot";
+  status.slot_in_boot = "previous boot";
+  EXPECT_NE(compute_downtime(record_stopped_at_100(), status, now).why_asks, "");
+}
+
 TEST(Downtime, RequiresOperatorWhenBootClockIsUnusable) {
   const auto record = record_stopped_at_100();
   const MachineTime now{.utc = kLastSecond + kSecond * 60, .since_boot = kSecond * 20, .boot = "next boot"};
   auto of_another_run = status_at(100), without_boot = status_at(100);
   of_another_run.id = "another";
-  without_boot.written_in_boot.clear();
+  without_boot.slot_in_boot.clear();
   for (const auto& status : {std::optional<record::RunStatus>(), std::optional(status_at(100)),
                              std::optional(of_another_run), std::optional(without_boot)}) {
     const auto found = compute_downtime(record, status, now);

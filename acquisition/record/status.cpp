@@ -19,6 +19,14 @@ Result<RunStatus> read_part_status(const Part& part) {
   return open_part(part).and_then([&](Database database) { return read_stored_status(database, part.path); });
 }
 
+/// Returns the state of a run at its end. Early records do not store it with each row, so the state of a finished one
+/// is read as execute.
+RunState end_state(const RunStatus& status) {
+  const auto state = status.overview.state;
+  if (!status.finished || state != RunState::execute) return state;
+  return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
+}
+
 /// Copies the position of the run from the status of an earlier file that has a sample.
 void copy_position(RunStatus& status, const RunStatus& before) {
   status.slot = before.slot;
@@ -30,7 +38,7 @@ void copy_position(RunStatus& status, const RunStatus& before) {
   status.chamber_set_point = before.chamber_set_point;
   status.thermometers = before.thermometers;
   status.overview = before.overview;
-  if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
+  status.overview.state = end_state(status);
 }
 
 /// The numbers of faults of a file.
@@ -254,9 +262,14 @@ bool explains_end(std::optional<EventKind> kind, std::string_view reaction, std:
   }
 }
 
-/// Returns the text of the last event if it states how the program of the run ended.
+/// Returns the text of the event that states how the program of the run ended, if no later event shows that the run
+/// went on. Notes, warnings and acknowledgements may follow it.
 Result<std::string> end_cause(Database& database) {
-  const auto row = database.first_row("SELECT kind, reaction, text FROM event ORDER BY id DESC LIMIT 1");
+  const auto row = database.first_row(fmt::format(
+      "SELECT kind, reaction, text FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') OR (kind = '{}' AND "
+      "ifnull(reaction, '') IN ('', 'abort')) ORDER BY id DESC LIMIT 1",
+      name(EventKind::started), name(EventKind::resumed), name(EventKind::state), name(EventKind::interrupted),
+      name(EventKind::finished), name(EventKind::interlock)));
   if (!row) return failure(row.error());
   if (!*row) return std::string();
   const auto text = (*row)->text(2);
@@ -319,7 +332,7 @@ Result<RunStatus> read_stored_status(Database& database, const std::string& path
   status.slot = row->slot;
   set_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
   status.overview.state = row->state.value_or(RunState::execute);
-  if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
+  status.overview.state = end_state(status);
   status.chamber_air = celsius_if_known(row->chamber_air_c);
   status.chamber_set_point = celsius_if_known(row->chamber_set_point_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)

@@ -36,7 +36,7 @@ ObservedRun observe_run(const FoundRun& run) {
                        .running = run.is_running(),
                        .silent = run.is_silent() || run.is_abandoned(),
                        .outcome = !has_ended                    ? ""
-                                  : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
+                                  : run.status.ended_by.empty() ? state
                                                                 : run.status.ended_by,
                        .alarms = {},
                        .free_bytes = has_ended ? std::nullopt : run.free_bytes};

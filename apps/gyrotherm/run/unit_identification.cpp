@@ -178,7 +178,7 @@ void add_records(const fs::path& folder, std::set<std::string>& records) {
 
 bool is_complete(const std::string& record) {
   const auto status = record::read_status(record);
-  return status && status->finished && !status->ended_by.starts_with(name(RunState::stopped));
+  return status && status->finished && status->overview.state == RunState::complete;
 }
 
 /// Returns a sentence for each unit that has finished a run of the same profile in the same order. Records that cannot

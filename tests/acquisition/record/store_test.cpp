@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/record/store.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,9 +10,11 @@
 
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/csv.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/status.hpp"
+#include "core/file.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {
@@ -23,7 +26,7 @@ TEST(Store, NeverOverwritesFile) {
   const auto store = Store::create(folder / "run.db", two_thermometers());
   ASSERT_FALSE(store);
   EXPECT_EQ(store.error().kind, FaultKind::storage);
-  EXPECT_EQ(std::filesystem::file_size(folder / "run.db"), 8u);
+  EXPECT_EQ(read_text_file(folder / "run.db").value(), "precious");
 }
 
 /// The earlier record was moved away without its manifest.
@@ -87,6 +90,34 @@ TEST(Store, StatusOfDeadRunQuotesOnlyEventThatEndsRun) {
   EXPECT_EQ(cause_after(EventKind::state, "aborted: air_high", ""), "aborted: air_high");
   EXPECT_EQ(cause_after(EventKind::state, "aborting: air_high", ""), "aborting: air_high");
   EXPECT_EQ(cause_after(EventKind::state, "stopped by Ada", ""), "stopped by Ada");
+}
+
+/// A stopped run ends with a note if its unit is too cold to be touched, and may warn while it ends.
+TEST(Store, StatusOfEndedRunQuotesCauseBeforeNotesAndWarnings) {
+  using Events = std::vector<std::pair<EventKind, std::string>>;
+  const auto status_after = [](const Events& events) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    const auto store = store_with(path, 3);
+    for (const auto& [kind, text] : events) {
+      Event event{sample_at(2).at, kind, text};
+      if (kind == EventKind::interlock) event.about.reaction = "warn";
+      EXPECT_TRUE(store->append_event(event));
+    }
+    EXPECT_TRUE(store->finish());
+    return *read_status(path);
+  };
+  const std::pair stopped{EventKind::state, std::string("stopped by Ada")};
+  for (const auto kind : {EventKind::note, EventKind::interlock, EventKind::acknowledged, EventKind::told,
+                          EventKind::fault, EventKind::recovered, EventKind::command}) {
+    const auto status = status_after({stopped, {kind, "later"}, {kind, "still later"}});
+    EXPECT_EQ(status.ended_by, "stopped by Ada") << name(kind);
+    EXPECT_EQ(status.overview.state, RunState::stopped) << name(kind);
+  }
+  EXPECT_EQ(status_after({stopped, {EventKind::resumed, "continues"}, {EventKind::note, "n"}}).ended_by, "");
+  const auto complete = status_after({{EventKind::note, "the unit is too cold"}});
+  EXPECT_EQ(complete.ended_by, "");
+  EXPECT_EQ(complete.overview.state, RunState::complete);
 }
 
 TEST(Store, ContinuesWithoutStatusFile) {
@@ -406,10 +437,18 @@ TEST(BackgroundStore, WritesSameRecordAsInlineStore) {
   }
   const auto a = read_record(folder / "a.db").value();
   const auto b = read_record(folder / "b.db").value();
-  EXPECT_EQ(a.slot, b.slot);
-  EXPECT_EQ(a.units[0].rotation, b.units[0].rotation);
-  EXPECT_EQ(a.gaps.size(), b.gaps.size());
-  EXPECT_EQ(a.events.size(), b.events.size());
+  EXPECT_EQ(a.slot.size(), 50u);
+  EXPECT_EQ(to_csv(a), to_csv(b)) << "slots, readings, set points";
+  const auto describe = [](const Record& record) {
+    std::string text;
+    for (const auto& gap : record.gaps) text += fmt::format("gap {} to {}: {}\n", gap.first, gap.last, gap.cause);
+    for (const auto& [slot, event] : record.events)
+      text += fmt::format("{} {} {}\n", slot, name(event.kind), event.text);
+    return text;
+  };
+  EXPECT_EQ(describe(a), describe(b));
+  EXPECT_EQ(read_status(folder / "a.db")->faults, 8);
+  EXPECT_EQ(read_status(folder / "b.db")->faults, 8);
   EXPECT_TRUE(b.finished);
   EXPECT_FALSE(std::filesystem::exists(folder / "b.db-wal"));
 }

@@ -105,7 +105,7 @@ TEST(RunEnd, HasStateOfStatus) {
   for (const auto state : kRunStates) {
     const tests::TestFolder folder;
     const auto path = folder / "run.db";
-    write_part(path, 1, {.from = 0, .end = 3, .last_state = state, .last_event = "stopped by a test"}, true);
+    write_part(path, 1, {.from = 0, .end = 3, .last_state = state, .last_event = ""}, true);
     const auto status = record::read_status(path);
     const auto end = record::find_record_files(path).and_then(
         [](const record::RecordFiles& files) { return read_end(thermometer_run(), files); });

@@ -35,23 +35,26 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
   }
 }
 
-/// Extends the range that the set points explain, and decides whether the air has followed them.
+/// Extends the range that the set points explain, and decides whether the air has followed them. A time without
+/// readings counts for at most two seconds.
 void explain_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
                  InterlockMemory& memory) {
   constexpr Kelvins kFar{10};
   constexpr Duration kLongEnough = std::chrono::minutes(1), kInRange = std::chrono::minutes(30);
+  constexpr Duration kLongestUnseen = std::chrono::seconds(2);
   auto& known = memory.explained;
   const auto set_point = chamber.set_point;
   if (!known.first) {
     known.first = chamber.air;
     known.lowest = known.highest = chamber.air;
   }
-  known.watched += elapsed;
+  const auto seen = std::min(elapsed, kLongestUnseen);
+  known.watched += seen;
   known.lowest = std::min(known.lowest, set_point);
   known.highest = std::max(known.highest, set_point);
   const bool is_at_rest = memory.set_point && abs(set_point - *memory.set_point) < kMinChange;
   const bool is_near = abs(chamber.air - set_point) <= limits.follow_band && abs(set_point - *known.first) >= kFar;
-  known.near_set_point = is_at_rest && is_near ? known.near_set_point + elapsed : Duration{};
+  known.near_set_point = is_at_rest && is_near ? known.near_set_point + seen : Duration{};
   known.has_followed = known.has_followed || known.near_set_point >= kLongEnough || known.watched >= kInRange;
 }
 

@@ -99,7 +99,7 @@ struct ExplainedAir {
   std::optional<Celsius> first{};
   /// The range of the first air temperature and of all set points since.
   Celsius lowest{}, highest{};
-  /// Time of the readings.
+  /// Total time for which the air has been watched.
   Duration watched{};
   /// Time for which the air has been near a set point that does not move and is far from `first`.
   Duration near_set_point{};
@@ -120,8 +120,9 @@ struct InterlockMemory {
     Duration unseen{};
     /// Time since the cause was last found.
     Duration gone{};
-    /// The alarm is raised.
+    /// The alarm is raised, with this reaction; it is raised again if the reaction becomes more severe.
     bool raised{};
+    Reaction reported{};
     RecentCauses recent{};  ///< the last samples
     /// Current reaction, or the last known one while the quantity is unread.
     Reaction reaction{};

@@ -161,7 +161,7 @@ Found check_chamber_silent(const CheckInputs& in) {
   if (means_no_answer(fault)) return {{.text = "chamber silent", .detail = received_text(fault.what)}};
   return make_result(fmt::format("no reading of the chamber ({})", text(fault)));
 }
-/// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.
+/// The silent units, and the number of units that should send. A unit that is counted as dead belongs to neither.
 struct SilentUnits {
   std::vector<std::size_t> silent;
   std::size_t all{};
@@ -170,9 +170,9 @@ struct SilentUnits {
 SilentUnits find_silent_units(const CheckInputs& in) {
   SilentUnits units;
   for (std::size_t i = 0; i < in.sample.units.size() && !in.facts.gyro_is_off; ++i) {
-    if (in.is_dropped(i)) continue;
+    if (in.is_dropped(i) || in.is_dead(i)) continue;
     ++units.all;
-    if (!in.sample.units[i].count.value && !in.is_dead(i)) units.silent.push_back(i);
+    if (!in.sample.units[i].count.value) units.silent.push_back(i);
   }
   return units;
 }
@@ -598,6 +598,7 @@ void clear_if_due(const InterlockLimits& limits, InterlockId id, Duration elapse
   watch.gone += elapsed;
   if (!watch.raised || watch.gone < limits.clear_after) return;
   watch.raised = false;
+  watch.reported = {};
   watch.recent.forget();
   cleared.push_back({id, Reaction::go_on, watch.text, watch.subject});
 }
@@ -633,7 +634,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   if (!found) {
     watch.lasted = {};
     watch.samples = 0;
-    (void)is_confirmed(limits, row.confirmation, false, elapsed, watch);
+    if (!unread) (void)is_confirmed(limits, row.confirmation, false, elapsed, watch);
     return clear_if_due(limits, row.id, elapsed, watch, judged.cleared);
   }
   watch.gone = {};
@@ -648,7 +649,10 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + format_duration(watch.lasted);
   watch.text += found->detail;
-  if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
+  if (!std::exchange(watch.raised, true) || watch.reaction > watch.reported) {
+    watch.reported = watch.reaction;
+    judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
+  }
   raise_demand(watch, judged.demand);
 }
 

@@ -149,7 +149,9 @@ TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
     }
     EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.name;
     EXPECT_EQ(d.chamber_set_point(), kSafe);
-    EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
+    const auto alarms = BreakableRun::alarms_in(d.record());
+    EXPECT_EQ(alarms.size(), 2 + broken.also.size()) << "raised, and raised again as an abort";
+    EXPECT_EQ(std::ranges::count(alarms, name(interlocks::Reaction::abort), &AlarmRecorded::reaction), 1);
   }
 }
 

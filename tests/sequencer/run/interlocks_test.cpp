@@ -8,9 +8,13 @@
 #include <string>
 
 #include "core/file.hpp"
+#include "tests/sequencer/run/interlock_bench.hpp"
 
 namespace gyrotherm::run {
 namespace {
+
+using interlocks::InterlockId;
+using interlocks::Reaction;
 
 /// Returns a second without faults.
 Sample good_sample() {
@@ -42,6 +46,34 @@ TEST(Interlocks, SuspendWhenChamberIsSilentAndAbortWhenLost) {
   EXPECT_EQ(after(sample, 599).reaction, interlocks::Reaction::suspend);
   EXPECT_EQ(after(sample, 600).reaction, interlocks::Reaction::abort);
   EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
+}
+
+/// A warning that becomes an abort is no longer shelved, suppressed or of low priority.
+TEST(Interlocks, RaiseAlarmAgainWhenReactionRises) {
+  InterlockBench bench;
+  bench.limits.policy[static_cast<std::size_t>(InterlockId::chamber_silent)] = Reaction::warn;
+  bench.seconds(10);
+  bench.sample.chamber.value = silence();
+  EXPECT_GT(bench.seconds_until(Reaction::warn, 100), 0);
+  EXPECT_EQ(bench.alarms, 1);
+  EXPECT_GT(bench.seconds_until(Reaction::abort, 4000), 0);
+  EXPECT_EQ(bench.alarms, 2);
+  bench.seconds(100);
+  EXPECT_EQ(bench.alarms, 2);
+}
+
+TEST(Interlocks, CountSilenceNotAsTimeWithAir) {
+  InterlockBench bench;
+  bench.seconds(3);
+  const auto chamber = bench.sample.chamber;
+  bench.sample.chamber.value = silence();
+  bench.seconds(60);
+  bench.sample.chamber = chamber;
+  bench.second();
+  EXPECT_LE(bench.memory.explained.watched, kSecond * 6);
+  bench.around.missed = kSecond * 7200;
+  bench.second(kSecond * 7201);
+  EXPECT_FALSE(bench.memory.explained.has_followed) << "after a sleep of two hours";
 }
 
 TEST(Interlocks, QuoteLineThatChamberSentInsteadOfAnswer) {

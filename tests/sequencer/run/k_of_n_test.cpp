@@ -64,6 +64,29 @@ TEST(KOfN, LostReadingsDoNotResetCount) {
   EXPECT_EQ(seconds_until_action({}, InterlockId::thermometer_limit, 20, 100, hot_or_lost), 21);
 }
 
+/// Half of the readings that arrive are too hot.
+TEST(KOfN, LostReadingsAfterGoodOneDoNotCountAsGood) {
+  for (const int lost : {1, 2, 5, 30})
+    for (const auto id : {InterlockId::thermometer_limit, InterlockId::air_limit}) {
+      InterlockBench bench;
+      bench.seconds(100);
+      const auto chamber = bench.sample.chamber;
+      int acted = -1;
+      for (int second = 0; second < 500 && acted < 0; ++second) {
+        const int phase = second % (lost + 2);
+        const bool is_hot = phase == 0;
+        bench.thermometer(3, is_hot ? 180 : 22);
+        bench.sample.chamber = chamber;
+        if (id == InterlockId::air_limit) hot_air(bench, is_hot), bench.thermometer(3, 22);
+        if (phase > 1) bench.sample.thermometers[3].value = silence();
+        if (phase > 1) bench.sample.chamber.value = silence();
+        bench.second();
+        if (bench.has(id)) acted = second;
+      }
+      EXPECT_EQ(acted, lost + 2) << name(id) << ", " << lost << " lost";
+    }
+}
+
 TEST(KOfN, ActsWhenCauseIsPresentForHalfOfTime) {
   InterlockBench bench;
   bench.limits.air_thermometers = {8};

@@ -272,6 +272,8 @@ TEST(GyroDead, WarnsOfUnitWithoutWhichTheRunContinues) {
   count(bench, {0}, 70);
   EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead u1"});
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  bench.sample.units[1].count.value = silence();
+  EXPECT_GT(bench.seconds_until(Reaction::suspend, 300), 0) << "no unit counts";
 }
 
 /// Moves air and set point by 25 K; each thermometer follows by `share` of it. Returns the alarms.

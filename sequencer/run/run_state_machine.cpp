@@ -13,16 +13,16 @@ RunStateMachine make_timeout_abort(const char* what, Duration since, const std::
 }
 
 /// Returns the state in which the profile continues: Held if it has a prompt, Suspended while a command is being
-/// carried out, otherwise Execute.
-RunStateMachine enter_profile(const RunInputs& now) {
+/// carried out, otherwise Execute. `away` is the time since the profile was left.
+RunStateMachine enter_profile(const RunInputs& now, Duration away) {
   if (!now.prompt.empty()) return Held{now.prompt, {}};
-  if (!now.wait.empty()) return Suspended{now.wait, {}, {}, true};
+  if (!now.wait.empty()) return Suspended{.cause = now.wait, .waits = true, .away = away};
   return Execute{};
 }
 
 /// Returns the next state of a run that may resume.
 RunStateMachine resume_state(const RunInputs& now, const std::string& cause, Duration away) {
-  if (now.in_place) return enter_profile(now);
+  if (now.in_place) return enter_profile(now, away);
   return Returning{cause, {}, away};
 }
 
@@ -88,7 +88,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const
   if (now.demand.reaction == interlocks::Reaction::suspend)
     return Suspended{.cause = now.demand.cause, .away = state.away};
   state.since += now.elapsed;
-  if (now.in_place) return enter_profile(now);
+  if (now.in_place) return enter_profile(now, state.away);
   if (state.since >= limits.longest_return) return make_timeout_abort("returning", state.since, state.cause);
   if (is_away_too_long(limits, state.away)) return make_timeout_abort("away from the profile", state.away, state.cause);
   return state;

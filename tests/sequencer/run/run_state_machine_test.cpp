@@ -221,6 +221,25 @@ TEST(RunStateMachine, LimitsAlternateSuspensionsAndReturns) {
   }
 }
 
+/// A supply that must be switched on at the place of return makes the run wait there.
+TEST(RunStateMachine, LimitsAlternateSuspensionsReturnsAndWaits) {
+  interlocks::RunLimits limits;
+  limits.longest_suspended = limits.longest_return = seconds(100);
+  limits.resume_delay = seconds(5);
+  RunStateMachine machine = Execute{};
+  int second = 0, waits = 0;
+  for (; second < 1000 && run_state(machine) != RunState::aborting; ++second) {
+    const int phase = second % 30;
+    auto now = phase < 10 ? inputs_with_reaction(interlocks::Reaction::suspend) : quiet_inputs();
+    now.in_place = phase >= 20;
+    if (now.in_place) now.wait = "supply off";
+    machine = next(limits, machine, now);
+    if (const auto* suspended = std::get_if<Suspended>(&machine)) waits += suspended->waits ? 1 : 0;
+  }
+  EXPECT_GT(waits, 0);
+  EXPECT_NEAR(second, 201, 3);
+}
+
 TEST(RunStateMachine, CountsTimeAwayFromLastExecute) {
   interlocks::RunLimits limits;
   limits.longest_suspended = limits.longest_return = seconds(100);

@@ -210,10 +210,21 @@ std::string ControllerLead::refusal_reason(OperatorCommand command) const {
   return "the controller runs the profile; only its panel can pause it";
 }
 
+namespace {
+
 /// Returns true if the controller keeps the air at a set point after the end of its program.
 bool has_finished(ChamberActivity activity) {
   return activity == ChamberActivity::running || activity == ChamberActivity::done;
 }
+
+/// Returns how long a condition has lasted after one more second. A time without ticks counts only if the condition was
+/// present before it and the machine did not sleep.
+Duration prolonged(Duration lasted, const LeadSecond& second) {
+  const bool counts = lasted > Duration{} && second.missed <= kLongestUnattended;
+  return lasted + kSecond + (counts ? second.missed : Duration{});
+}
+
+}  // namespace
 
 /// Returns true if the controller may have ended its program in the profile's last segment. After a hold, its air then
 /// stays at the hold's set point; after a ramp, it shows the final set point.
@@ -240,7 +251,7 @@ std::string ControllerLead::incomplete_reason(const LeadSecond& second) const {
 /// Watches the air in a hold at the profile's end. The air must approach the set point, or stay there.
 void ControllerLead::watch_end(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
-  silent_ = chamber ? Duration{} : silent_ + kSecond + second.missed;
+  silent_ = chamber ? Duration{} : prolonged(silent_, second);
   if (!chamber || !second.in_last_hold) return;
   if (!end_watch_) end_watch_.emplace(second.end, Duration::max());
   away_ = end_watch_->add_reading(chamber->air, second.at) == watchdog::AirVerdict::moves_away;
@@ -250,7 +261,7 @@ std::string ControllerLead::judge(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   if (!chamber) return {};
   const bool progresses = may_progress(chamber->activity) || may_have_finished(second);
-  gone_ = progresses ? Duration{} : gone_ + kSecond + second.missed;
+  gone_ = progresses ? Duration{} : prolonged(gone_, second);
   if (gone_ < kProgramGoneTime) return {};
   return fmt::format("the controller has not run its program for {}: {}", format_duration(gone_),
                      name(chamber->activity));

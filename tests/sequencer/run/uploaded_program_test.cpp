@@ -65,6 +65,21 @@ TEST(UploadedProgram, CountsNoSoakInLateSecondWithAirOutsideBand) {
       << "after a sleep the position is unknown";
 }
 
+/// One second in which the controller pauses is no reason to end the program, however long the program was late.
+TEST(UploadedProgram, IsNotEndedForSecondAfterLateOne) {
+  for (const int missed : {61, 3600}) {
+    tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"3 h\"\n");
+    bench.run_controller().hand_over_to_controller();
+    bench.seconds(10);
+    bench.chamber().door_open = true;
+    bench.late(missed);
+    bench.seconds(1);
+    bench.chamber().door_open = false;
+    bench.seconds(5);
+    EXPECT_NE(bench.run_controller().run_state(), RunState::aborting) << bench.run_controller().end_cause();
+  }
+}
+
 class EachController : public testing::TestWithParam<const char*> {};
 
 TEST_P(EachController, CarriesOutProgram) {
@@ -167,7 +182,7 @@ soak_band = 2
 }
 
 /// Returns the reason for refusing a soak of 100 s with these additional keys; empty if it is accepted.
-std::string objection_to_soak(const std::string& keys) {
+std::string soak_refusal_reason(const std::string& keys) {
   const auto program = make_chamber_program(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
   if (program) return "nothing";
   EXPECT_EQ(program.error().kind, FaultKind::usage);
@@ -175,23 +190,23 @@ std::string objection_to_soak(const std::string& keys) {
 }
 
 TEST(UploadedProgram, IsRefusedForSoakThatControllerWouldEndOtherwise) {
-  EXPECT_EQ(objection_to_soak("soak_sensor = \"A\"\n"),
+  EXPECT_EQ(soak_refusal_reason("soak_sensor = \"A\"\n"),
             "p.toml:4:1: a controller soaks on its own air sensor, but soak_sensor is \"A\"");
-  EXPECT_EQ(objection_to_soak("soak_slope = 0.2\n"),
+  EXPECT_EQ(soak_refusal_reason("soak_slope = 0.2\n"),
             "p.toml:4:1: a controller does not wait for steady air, but soak_slope is 0.2 °C/min");
-  EXPECT_EQ(objection_to_soak("soak_dwell = \"50 s\"\n"),
+  EXPECT_EQ(soak_refusal_reason("soak_dwell = \"50 s\"\n"),
             "p.toml:4:1: a controller counts from the first second in the band, but soak_dwell is 50 s");
-  EXPECT_EQ(objection_to_soak("soak_time = \"99 s\"\n"),
+  EXPECT_EQ(soak_refusal_reason("soak_time = \"99 s\"\n"),
             "p.toml:4:1: a controller requires the whole hold inside the band, but soak_time is 99 s of 100 s");
 }
 
 TEST(UploadedProgram, IsRefusedForHoldWithSetPointJump) {
-  EXPECT_EQ(objection_to_soak("[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"1 h\"\nguaranteed_soak = true\n"),
+  EXPECT_EQ(soak_refusal_reason("[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"1 h\"\nguaranteed_soak = true\n"),
             "p.toml:9:1: a controller jumps from 20 °C to 60 °C, expected a ramp before this hold");
 }
 
 TEST(UploadedProgram, SoaksByControllerAirForTimeOfProfile) {
-  EXPECT_EQ(objection_to_soak("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
+  EXPECT_EQ(soak_refusal_reason("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
   const auto longer = profile::parsed(profile::kHold20 + "guaranteed_soak = true\nsoak_time = \"150 s\"\n");
   EXPECT_EQ(make_chamber_program(longer).value().steps.at(0).duration, std::chrono::seconds(150));
 }

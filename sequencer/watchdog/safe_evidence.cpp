@@ -64,7 +64,8 @@ bool SafeEvidence::is_exhausted() const {
 
 bool SafeEvidence::judge_mode() const {
   const bool unseen = activity_ == ChamberActivity::unknown;
-  if (must_be_off()) return is_off(activity_) || (unseen && !goal_.shows_off && switched_off_);
+  // A chamber with an open door conditions again when it is closed, unless it has been switched off.
+  if (must_be_off()) return is_switched_off() && (is_off(activity_) || (unseen && !goal_.shows_off));
   return is_off(activity_) || activity_ == ChamberActivity::running || (unseen && !goal_.shows_mode);
 }
 

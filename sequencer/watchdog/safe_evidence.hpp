@@ -62,8 +62,8 @@ class SafeEvidence {
   [[nodiscard]] SafeAction next() const;
   /// Returns true if the chamber must be switched off: the rig file requires it, or everything else had no effect.
   [[nodiscard]] bool must_be_off() const;
-  /// Returns true while the last reading shows an unsafe chamber: it does not keep the set point or the mode, or the
-  /// air moves away.
+  /// Returns true from an escalation until is_safe(). An escalation begins when the air moves away from the set point
+  /// or does not approach it, or when the set point or the mode has not been shown for a minute.
   [[nodiscard]] bool is_ineffective() const { return ineffective_; }
   /// Returns true if the chamber is off, and its air nevertheless moves away after the time to observe.
   [[nodiscard]] bool is_drifting() const { return air_.is_drifting(); }

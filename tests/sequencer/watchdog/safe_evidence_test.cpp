@@ -76,6 +76,23 @@ TEST(SafeEvidence, RequiresSetPointModeAndAir) {
   EXPECT_NE(evidence.describe().find("moves towards 22 °C"), std::string::npos) << evidence.describe();
 }
 
+/// Its door stops the chamber only until it is closed.
+TEST(SafeEvidence, ChamberToBeSwitchedOffIsNotSafeByOpenDoor) {
+  auto goal = kGoal;
+  goal.switch_off = true;
+  for (const auto activity : {ChamberActivity::door_open, ChamberActivity::alarm})
+    for (const bool is_acknowledged : {false, true}) {
+      SafeEvidence evidence(goal);
+      evidence.acknowledge(SafeAction::set_point);
+      if (is_acknowledged) evidence.acknowledge(SafeAction::off);
+      for (int second = 1; second <= 900 && !evidence.is_safe(); ++second) {
+        evidence.add_reading({{22}, {22}, activity}, kSecond * second);
+        if (is_acknowledged && evidence.next() == SafeAction::off) evidence.acknowledge(SafeAction::off);
+      }
+      EXPECT_EQ(evidence.is_safe(), is_acknowledged) << name(activity);
+    }
+}
+
 TEST(SafeEvidence, WritesModeOfChamberThatDoesNotFollow) {
   for (const auto activity :
        {ChamberActivity::not_following, ChamberActivity::program, ChamberActivity::holding, ChamberActivity::done}) {

@@ -19,6 +19,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -189,14 +190,33 @@ bool check_is_record(ErrorPrinter& printer, const std::string& path) {
   return true;
 }
 
-/// Reports that a path has no safe-state file.
+/// Prints that no run is in progress, and returns `safe`. If the path is not a record, prints the reason and returns
+/// `file`.
 MakeSafeExit report_no_run(ErrorPrinter& printer, const std::string& path) {
   if (!check_is_record(printer, path)) return MakeSafeExit::file;
   printer.print(path + ": no run is in progress; nothing to do");
   return MakeSafeExit::safe;
 }
 
+/// Returns the exit code for a record whose safe-state file was removed after `since`, UTC. Only a newer trace shows
+/// that the chamber is safe.
+MakeSafeExit judge_removal(ErrorPrinter& printer, const std::string& record, Duration since) {
+  const auto trace = read_trace(record);
+  const bool is_newer = trace && *trace && (*trace)->at >= since;
+  if (is_newer && is_taken_over(**trace)) {
+    printer.print(record + ": a later run has taken its chamber over");
+    return MakeSafeExit::in_use;
+  }
+  if (is_newer && (*trace)->confirmed) {
+    printer.print(record + ": another program has made its chamber safe");
+    return MakeSafeExit::safe;
+  }
+  printer.print(record + ": its safe-state file was removed, but nothing shows that the chamber is safe; check it");
+  return MakeSafeExit::not_confirmed;
+}
+
 MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& path, RescueMode mode) {
+  const auto began = SteadyClock().now().utc;
   const auto record = find_record(path);
   if (record != path) printer.print(fmt::format("{} belongs to {}", path, record));
   auto safe_state = read_safe_state(safe_state_path(record));
@@ -223,10 +243,8 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& path, RescueMod
   auto result = rescue.attempt(relay.left());
   for (int waited = 0; result.in_use && result.successor.empty() && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
-    if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
-      printer.print(record + ": another program has made its chamber safe");
-      return MakeSafeExit::safe;
-    }
+    if (const auto now = read_safe_state(safe_state_path(record)); now && !*now)
+      return judge_removal(printer, record, began);
     result = rescue.attempt();
   }
   result = retry_until_safe(rescue, std::move(result), relay, trail, printer);
@@ -270,7 +288,7 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
   }
   if (result.reached == SafeStage::all) trail.remove_safe_state();
   wait_for_disk(trail, by, printer);
-  return exit_code(result);
+  return trail.is_fulfilled() ? MakeSafeExit::safe : exit_code(result);
 }
 
 /// Returns the safe state that the starting program sends. If that program died before it sent the safe state, returns
@@ -311,7 +329,8 @@ bool has_guard_finished(const std::string& record) {
   return !has_safe_state(record) && trace && *trace && (*trace)->confirmed;
 }
 
-/// Waits until the guard has carried out the order to give up, or has finished without it.
+/// Waits at most kGiveUpTimeout until the guard has carried out the order to give up, or has made the chamber safe
+/// without it; in the second case removes the order. Returns false if neither happens.
 bool wait_for_guard(const std::string& record) {
   for (const Deadline limit(kGiveUpTimeout); !limit.has_passed();
        std::this_thread::sleep_for(std::chrono::milliseconds(200))) {

@@ -152,7 +152,8 @@ std::optional<std::string> TraceWriter::find_end_reason() {
     return "ordered to give up by " + give_up_order_;
   }
   if (orders == kOtherRun) return "the run was resumed and has a guard of its own";
-  if (orders == kFulfilled) return "another program has made the chamber safe";
+  is_fulfilled_ = orders == kFulfilled;
+  if (is_fulfilled_) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kMissingTimeLimit);
   if (gone_until_ && gone_until_->has_passed()) return "the safe-state file has been missing for a day";

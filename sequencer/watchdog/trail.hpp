@@ -47,6 +47,8 @@ class TraceWriter {
 
   /// Returns the order of a user to give up that find_end_reason() has found; empty if there is none.
   [[nodiscard]] const std::string& give_up_order() const { return give_up_order_; }
+  /// Returns whether find_end_reason() has found that another program made the chamber safe.
+  [[nodiscard]] bool is_fulfilled() const { return is_fulfilled_; }
   /// Returns the reason why make-safe has nothing left to do: a user has ordered it to give up; the safe-state file
   /// belongs to another run; another program has made the chamber safe and removed the file; or the file has been
   /// missing for a day. A file that is merely missing is no reason, because it may have been removed with its record. A
@@ -86,6 +88,7 @@ class TraceWriter {
   /// Time from which a failed write is repeated.
   std::optional<Deadline> retry_from_;
   std::string give_up_order_;
+  bool is_fulfilled_ = false;
   /// One at a time, so the newest trace is written last.
   std::unique_ptr<ChildWork> writing_;
   /// One at a time, so a hanging disk does not accumulate processes.

@@ -171,6 +171,8 @@ struct WatchdogClient::SharedState {
   bool watching = false;
   /// Time of the first byte that the guard has not answered.
   std::optional<steady_clock::time_point> unanswered;
+  /// Process of a guard that is starting and has not reported yet; -1: none.
+  pid_t starting = -1;
   Trouble guard_trouble, file_trouble;
   bool stop = false;
   /// A tick was done, so this program drives the chamber.
@@ -178,6 +180,7 @@ struct WatchdogClient::SharedState {
   int threads = 0;
 
   Result<void> start_guard();
+  void note_start(pid_t pid);
   void send(char byte);
   void listen();
   void check_guard();
@@ -195,6 +198,13 @@ void end_guard(pid_t pid, Descriptor line) {
   line.close();
 }
 
+/// Notes the guard that is starting, so that end_watch() can end it. If end_watch() came before, ends it here.
+void WatchdogClient::SharedState::note_start(pid_t pid) {
+  const std::lock_guard lock(mutex);
+  starting = pid;
+  if (stop && pid > 0) ::kill(pid, SIGKILL);
+}
+
 /// Starts a guard that replaces the previous one. The previous guard is ended as soon as the new guard is active. Call
 /// it without the lock, because starting a program may take long.
 Result<void> WatchdogClient::SharedState::start_guard() {
@@ -209,13 +219,16 @@ Result<void> WatchdogClient::SharedState::start_guard() {
   if (const int failed = spawn(program, safe_state.record, theirs.number(), pid); failed != 0)
     return refuse(std::strerror(failed));
   theirs.close();
+  note_start(pid);
   const char preparing = kPreparing;
   if (!send_all(own.number(), safe_state_message(to_text(safe_state))) || !send_all(own.number(), {&preparing, 1}) ||
       !confirms_watching(own.number())) {
+    note_start(-1);
     end_guard(pid, std::move(own));
     return refuse("it does not confirm that it is watching");
   }
   std::unique_lock lock(mutex);
+  starting = -1;
   auto line_before = std::exchange(line, std::move(own));
   const auto guard_before = std::exchange(guard, pid);
   watching = true;
@@ -350,6 +363,8 @@ void WatchdogClient::end_watch() {
     if (shared_->drives && !shared_->place.empty()) relieve_guards(shared_->place, shared_->safe_state.record);
     shared_->send(kGoodBye);
     shared_->stop = true;
+    // A guard that starts now would see the line close without a good-bye.
+    if (shared_->starting > 0) ::kill(shared_->starting, SIGKILL);
   }
   if (systemd_) systemd_->notify("STOPPING=1");
   end_threads();

@@ -36,8 +36,8 @@ Reading<T> stamp(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
-/// Returns the fault of the whole instrument, or null if at least one of its inputs answered. An out-of-range fault is
-/// an answer.
+/// Returns the fault of the first input if no input answered. Returns null if at least one answered or there are no
+/// inputs. An out-of-range fault is an answer.
 template <class T>
 const Fault* common_fault(const std::vector<Result<T>>& readings) {
   const auto answered = [](const Result<T>& one) { return one || one.error().kind == FaultKind::out_of_range; };
@@ -201,7 +201,8 @@ class WatchedChamber {
     if (sent || was_read || !watch_.may_be_commanded_after(sent.error())) return sent;
     Fault fault = std::move(sent.error());
     const auto unconfirmed = chamber_.send_safe_state_unconfirmed(target, off);
-    fault.what += unconfirmed ? "; the commands were sent without an answer" : "; nothing was sent without an answer";
+    fault.what += unconfirmed ? "; the commands were sent without waiting for an answer"
+                              : "; the commands could not be sent without waiting for an answer either";
     return failure(std::move(fault));
   }
   Result<void> switch_on(bool on) {
@@ -433,8 +434,9 @@ class WorkerIo final : public InstrumentIo {
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       auto reading = await(gyros_[i], gyros[i], clock, now);
       if (reading) frames_[i] = reading->frames;
+      auto count = reading ? std::optional(std::move(reading->count)) : std::nullopt;
       append_readings(instruments_.gyros[i],
-                      reading ? *reading : GyroReading{late_reading<GyroCount>({.title = "gyro"}, clock), frames_[i]},
+                      GyroReading{accept_if_in_time(std::move(count), {.title = "gyro"}, clock, now), frames_[i]},
                       sample);
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {

@@ -255,6 +255,32 @@ TEST(InstrumentIo, DropsAnswerFromAfterSuspension) {
   EXPECT_EQ(late.error().kind, FaultKind::timeout);
 }
 
+/// A gyro that is read while the machine is suspended.
+class SuspendedGyro final : public drivers::Gyro {
+ public:
+  explicit SuspendedGyro(SuspendingClock& machine) : machine_(machine) {}
+  Result<GyroCount> read(Duration expected) override {
+    machine_.elapsed_ms += machine_.stands_still_ms;
+    return GyroCount{{7}, expected};
+  }
+
+ private:
+  SuspendingClock& machine_;
+};
+
+TEST(InstrumentIo, DropsCountFromAfterSuspension) {
+  Bench bench;
+  SuspendingClock machine;
+  SuspendedGyro gyro(machine);
+  const auto io = InstrumentIo::workers({bench.chamber, {}, {{gyro, {{0, {0}}}}}});
+  machine.stands_still_ms = 700;
+  ASSERT_TRUE(io->read(0, machine).units[0].count.value);
+  machine.stands_still_ms = 24'000;
+  const auto late = io->read(1, machine).units[0].count.value;
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().kind, FaultKind::timeout);
+}
+
 TEST(InstrumentIo, QueriesBusyInstrumentOnceWhenItReturns) {
   Bench bench;
   bench.gyro.gate.close();

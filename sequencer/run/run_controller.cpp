@@ -592,6 +592,8 @@ std::string RunController::end_cause() const {
   return text;
 }
 
+std::vector<Event> RunController::take_pending_events() { return std::exchange(events_, {}); }
+
 void RunController::make_safe(const std::string& cause) {
   if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
   if (run_state() == RunState::aborting) power_.stop(rig_.io());

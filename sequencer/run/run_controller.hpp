@@ -74,6 +74,8 @@ class RunController {
   /// Makes the chamber safe immediately, when the run must end without another tick. end_cause() reports whether that
   /// succeeded. The watchdog watches the air afterwards.
   void make_safe(const std::string& cause);
+  /// Returns the events that no second has recorded yet, for a run that ends without another tick.
+  [[nodiscard]] std::vector<Event> take_pending_events();
 
   /// Leaves the chamber to its controller, to which the profile was uploaded as a program. Call it before the first
   /// tick.

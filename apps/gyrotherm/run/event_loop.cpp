@@ -87,10 +87,19 @@ Result<run::RunOutcome> finish_stopped(const ActiveRun& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
+/// Appends the events of the run that no second has recorded yet.
+Result<void> append_pending_events(const ActiveRun& run) {
+  Result<void> done;
+  for (const auto& event : run.run_controller.take_pending_events())
+    if (done) done = run.store.append_event(event);
+  return done;
+}
+
 /// Ends a run after SIGTERM, once the safe set point has been sent. Does not release the chamber, so the watchdog takes
 /// over.
 Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
   const auto now = run.rig.clock().now();
+  if (auto noted = append_pending_events(run); !noted) return failure(noted.error());
   if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
     return failure(noted.error());
   await_disk(run);

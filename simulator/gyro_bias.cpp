@@ -98,15 +98,18 @@ void ModeLock::follow(double path_c) {
   ++passed_s_;
   const double wanted = (path_c - zero_c_) / hops_.kelvin_per_mode + hops_.phase_modes.value_or(0);
   if (std::abs(wanted - mode_) <= hops_.reach_modes) return;
-  before_ = mode_;
+  before_ = path_mode();
   mode_ = std::round(wanted);
   passed_s_ = 0;
   transient_s_ = hops_.shortest_s + (hops_.longest_s - hops_.shortest_s) * random_.uniform();
 }
 
+double ModeLock::remaining_share() const { return is_hopping() ? 1 - passed_s_ / transient_s_ : 0; }
+
+double ModeLock::path_mode() const { return mode_ - remaining_share() * (mode_ - before_); }
+
 double ModeLock::deg_per_h() const {
-  const double left = is_hopping() ? 1 - passed_s_ / transient_s_ : 0;
-  return hops_.step_deg_per_h * (mode_ - left * (mode_ - before_)) + hops_.transient_deg_per_h * left;
+  return hops_.step_deg_per_h * path_mode() + hops_.transient_deg_per_h * remaining_share();
 }
 
 double closing_share(double time_constant_s) { return -std::expm1(-1 / time_constant_s); }

@@ -147,8 +147,8 @@ class Play {
 
 /// The mode to which the path-length control is locked. The light's path grows by one wavelength per kelvin_per_mode.
 /// The mode remains until the actuator reaches the end of its range; then it changes to the mode nearest to the
-/// actuator's middle. During a hop the bias moves on a straight line from the old mode's value to the new one's, and a
-/// transient decays.
+/// actuator's middle. During a hop the bias moves on a straight line from its value at the beginning to that of the new
+/// mode, and a transient decays.
 class ModeLock {
  public:
   /// Starts locked to the mode nearest at `start_c`.
@@ -163,8 +163,14 @@ class ModeLock {
   [[nodiscard]] double deg_per_h() const;
 
  private:
+  /// Returns the part of the hop that remains, from 1 to 0.
+  [[nodiscard]] double remaining_share() const;
+  /// Returns the position between two modes on the line of a hop, otherwise the mode.
+  [[nodiscard]] double path_mode() const;
+
   ModeHops hops_;
   double zero_c_;
+  /// Mode, and the position at which the last hop began.
   double mode_{}, before_{};
   /// Time since the last hop began, and its duration.
   double passed_s_{}, transient_s_{};

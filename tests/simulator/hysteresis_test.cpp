@@ -97,6 +97,21 @@ TEST(ModeLock, HopsToNearestModeOutsideRangeAndReturnsLater) {
   EXPECT_EQ(lock.mode(), 0);
 }
 
+TEST(ModeLock, ContinuesFromPresentBiasIfHopInterruptsHop) {
+  ModeLock lock({.kelvin_per_mode = 10, .reach_modes = 0.6, .step_deg_per_h = 1, .shortest_s = 10, .longest_s = 10},
+                20);
+  lock.follow(30);
+  for (int second = 0; second < 4; ++second) lock.follow(30);
+  EXPECT_NEAR(lock.deg_per_h(), 0.4, 1e-12);
+  lock.follow(20);
+  EXPECT_EQ(lock.mode(), 0);
+  EXPECT_NEAR(lock.deg_per_h(), 0.5, 1e-12) << "the second that passed belongs to the first hop";
+  for (int second = 0; second < 5; ++second) lock.follow(20);
+  EXPECT_NEAR(lock.deg_per_h(), 0.25, 1e-12);
+  for (int second = 0; second < 5; ++second) lock.follow(20);
+  EXPECT_EQ(lock.deg_per_h(), 0);
+}
+
 TEST(ModeLock, IsOffWithoutPeriod) {
   ModeLock lock({}, 20);
   lock.follow(1000);

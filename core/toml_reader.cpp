@@ -436,7 +436,7 @@ CelsiusPerMinute TomlTable::rate(std::string_view key, std::optional<CelsiusPerM
 }
 CelsiusPerMinute TomlTable::positive_rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
   const auto found = rate(key, fallback);
-  if (!(found > CelsiusPerMinute{0})) note_error(key, "expected more than 0 °C/min");
+  if (!(found >= kLowestRate)) note_error(key, fmt::format("expected at least {} °C/min", kLowestRate.value));
   return found;
 }
 

@@ -58,7 +58,9 @@ class TomlTable {
   [[nodiscard]] Kelvins kelvins(std::string_view key, Kelvins fallback) const;
   /// Reads "5 °C/min" or a bare number in °C/min.
   [[nodiscard]] CelsiusPerMinute rate(std::string_view key, std::optional<CelsiusPerMinute> fallback = {}) const;
-  /// Reads a rate as rate() does. Zero and negative rates are errors.
+  /// Lowest rate by which a temperature difference is divided: 100 K then take less than ten weeks.
+  static constexpr CelsiusPerMinute kLowestRate{0.001};
+  /// Reads a rate as rate() does. A rate below kLowestRate is an error.
   [[nodiscard]] CelsiusPerMinute positive_rate(std::string_view key,
                                                std::optional<CelsiusPerMinute> fallback = {}) const;
 

@@ -415,7 +415,7 @@ class ModbusRtu final : public ModbusLine {
 
 Duration silence_between_frames(const ModbusLink& link) {
   if (link.gap > Duration::zero()) return link.gap;
-  if (link.serial.baud >= kFixedSilenceBaud) return kFixedSilence;
+  if (link.serial.baud > kFixedSilenceBaud) return kFixedSilence;
   return 7 * character_time(link.serial) / 2;
 }
 

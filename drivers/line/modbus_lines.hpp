@@ -73,7 +73,7 @@ class FrameConnection {
 [[nodiscard]] std::unique_ptr<ModbusLine> make_modbus_rtu(std::unique_ptr<ByteStream> stream, std::string place,
                                                           const ModbusLink& link, const Clock* clock = nullptr);
 
-/// Returns the silence between frames: the link's gap, or 3.5 characters; from 19200 baud, 1.75 ms instead of 3.5
+/// Returns the silence between frames: the link's gap, or 3.5 characters; above 19200 baud, 1.75 ms instead of 3.5
 /// characters (Modbus over Serial Line V1.02, section 2.5.1.1).
 [[nodiscard]] Duration silence_between_frames(const ModbusLink& link);
 

@@ -225,11 +225,13 @@ TEST_F(ModbusRtu, ObservesPausesOfUnit) {
   EXPECT_EQ(asked_at[4] - idle, std::chrono::seconds(2) + milliseconds(20)) << "the gap alone";
 }
 
-TEST_F(ModbusRtu, TheSilenceBetweenFramesIsThreeAndAHalfCharacters) {
+TEST_F(ModbusRtu, WaitsThreeAndAHalfCharactersBetweenFrames) {
   auto link = usual();
   link.serial = {9600, 8, SerialParity::even, 1};
   EXPECT_NEAR(to_seconds(silence_between_frames(link)), 3.5 * 11 / 9600, 1e-6);
-  link.serial.baud = 115200;
+  link.serial.baud = 19200;
+  EXPECT_NEAR(to_seconds(silence_between_frames(link)), 3.5 * 11 / 19200, 1e-6);
+  link.serial.baud = 38400;
   EXPECT_EQ(silence_between_frames(link), std::chrono::microseconds(1750));
   link.gap = milliseconds(203);
   EXPECT_EQ(silence_between_frames(link), milliseconds(203));

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -42,6 +45,16 @@ using std::chrono::hours;
 using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
+
+TEST(ParseQuantity, AcceptsNumberWithKnownUnit) {
+  constexpr std::array<std::string_view, 2> kUnits{"°C", "K"};
+  const std::vector<std::pair<std::string, double>> golden{
+      {"-40 °C", -40}, {"60°C", 60}, {"+2.5 K", 2.5}, {"1e1 K", 10}, {"0 K", 0}};
+  for (const auto& [text, expected] : golden) EXPECT_EQ(parse_quantity(text, kUnits), expected) << text;
+  for (const std::string text : {"", " ", "5", "K", "5 °F", "5 k", "5 K x", "5 K 6 K", "+-5 K", "--5 K", "nan K",
+                                 "inf K", "0x10 K", "1,5 K", "5 °"})
+    EXPECT_EQ(parse_quantity(text, kUnits), std::nullopt) << text;
+}
 
 TEST(ParseDuration, AcceptsKnownTexts) {
   const std::vector<std::pair<std::string, Duration>> golden{

@@ -78,7 +78,8 @@ class Reader {
       *static_cast<std::string*>(to) += "\n";
       return 0;
     };
-    return sqlite3_exec(connection_, sql.c_str(), add, &rows, nullptr) == SQLITE_OK ? rows : "no";
+    EXPECT_EQ(sqlite3_exec(connection_, sql.c_str(), add, &rows, nullptr), SQLITE_OK) << sqlite3_errmsg(connection_);
+    return rows;
   }
 
  private:

@@ -30,7 +30,7 @@ MUTANTS = [
      ".folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)", ".folder = std::string()",
      "app_test", "ProgramOfOthers.ResumesWithOriginalRelativePaths"),
     ("the wall clock decides how long a run was down", "sequencer/run/resume.cpp",
-     "if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)", "if (false)",
+     "if (is_about_it && !now.boot.empty() && status->slot_in_boot == now.boot)", "if (false)",
      "run_test", "Downtime.FollowsBootClockRegardlessOfWallClock"),
     ("nobody is asked after a restart of the machine", "sequencer/run/resume.cpp",
      "if (!interrupted.why_asks.empty()) return {Reentry::ask, interrupted.why_asks};", "",

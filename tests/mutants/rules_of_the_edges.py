@@ -217,7 +217,7 @@ MUTANTS = [
     # Counts.
     ("a count that begins anew is none", "drivers/gyro/framed_gyro.cpp",
      "if (tally.rounds == 0) return std::nullopt;", "",
-     "drivers_test", "FramedGyro.FailsEveryReadOfSingleFrame"),
+     "drivers_test", "FramedGyro.FailsFirstReadOfSingleFrame"),
 
     # Settings of a gyro, and bytes that are not frames.
     ("an echo confirms a start command", "drivers/gyro/start_command.cpp",

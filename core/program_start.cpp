@@ -68,7 +68,7 @@ bool is_stdout_closed() {
   return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }
 
-std::string objection_to(std::string_view value, std::string_view kind) {
+std::string value_refusal_reason(std::string_view value, std::string_view kind) {
   const bool is_numeric = kind == "INT" || kind == "UINT" || kind == "FLOAT";
   if (is_numeric && !is_number(value, kind)) return number_refusal_reason(value);
   return value.empty() ? "its value is empty" : "";

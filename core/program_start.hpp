@@ -26,9 +26,10 @@ void write_to_stderr(std::string_view text);
 [[nodiscard]] bool is_stdout_closed();
 
 /// Returns the reason for refusing the value of an option or of a positional argument, or an empty string. A value must
-/// not be empty. If `kind` is "INT", "UINT" or "FLOAT", CLI11's names of the number types, the whole value must be a
-/// decimal number that fits in 64 bits: no blank, no "0x", no plus sign, no NaN and no infinity.
-[[nodiscard]] std::string objection_to(std::string_view value, std::string_view kind);
+/// not be empty. If `kind` is a number type of CLI11, the whole value must be a number without blank, "0x" or plus
+/// sign: "INT" a whole number and "UINT" a whole number of at least 0, both in 64 bits; "FLOAT" a finite decimal
+/// number.
+[[nodiscard]] std::string value_refusal_reason(std::string_view value, std::string_view kind);
 
 /// Returns the reason for refusing `word` as the name of a command, or an empty string if it is an option or one of the
 /// commands `known`.
@@ -127,10 +128,9 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
   return option == nullptr ? refusal : refusal + ": " + option->get_description();
 }
 
-/// Makes every option of the program and its commands refuse the values that objection_to() refuses. CLI11 itself
-/// accepts "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all options have
-/// been added.
-/// Also makes the positionals of a command refuse a misspelt name of a command below it.
+/// Makes every option of the program and its commands refuse the values that value_refusal_reason() refuses. CLI11
+/// itself accepts "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all
+/// options have been added. Also makes the positionals of a command refuse a misspelt name of a command below it.
 template <class App>
 void refuse_invalid_values(App& app) {
   std::vector<std::string> below;
@@ -139,8 +139,9 @@ void refuse_invalid_values(App& app) {
   for (auto* option : app.get_options()) {
     if (option->get_items_expected_max() == 0) continue;
     const std::string type = option->get_type_name();
-    option->check(
-        [kind = type.substr(0, type.find(':'))](const std::string& value) { return objection_to(value, kind); });
+    option->check([kind = type.substr(0, type.find(':'))](const std::string& value) {
+      return value_refusal_reason(value, kind);
+    });
     if (option->get_positional() && !below.empty())
       option->check([below, name = app.get_name()](const std::string& value) {
         return misspelt_command_reason(value, name, below);

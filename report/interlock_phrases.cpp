@@ -59,7 +59,7 @@ constexpr StoredPhrase kInterlockPhrases[] = {
     {"{s} reads {n} °C, the others {n} °C", "{s} zeigt {n} °C, die anderen zeigen {n} °C"},
     {"{s} stays at {n} °C while the others change", "{s} bleibt bei {n} °C, während sich die anderen ändern"},
     {"{s} jumped by {n} K, faster than it can change", "{s} sprang um {n} K, schneller als eine Temperatur es kann"},
-    {"the chamber moved by {n} K, and no thermometer followed",
+    {"the chamber's air or set point changed by {n} K, but no thermometer responded",
      "die Kammer änderte sich um {n} K, und kein Thermometer folgte"},
     {"the unit is too cold for the air of the room: {s} reads {n} °C; open the door only at {n} °C or more",
      "der Prüfling ist zu kalt für die Raumluft: {s} zeigt {n} °C; die Tür erst ab {n} °C öffnen"},

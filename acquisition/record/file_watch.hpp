@@ -93,8 +93,7 @@ class FileWatch {
   struct Snapshot {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
-    /// The change time, ^Block sums of the database; empty for the log.. No program can set it, unlike the modification
-    /// time.
+    /// The change time. No program can set it, unlike the modification time.
     std::int64_t changed_ns{};
     bool operator==(const Snapshot&) const = default;
   };

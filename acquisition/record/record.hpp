@@ -99,7 +99,8 @@ void append_sample(Record& record, const Sample& sample);
 /// Converts a storage fault to the one that read_record() reports: bad_file for a damaged record. If a program is
 /// writing the record, adds its process to the fault.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
-/// Reads one open file, restricted to the `wanted` samples. Fails with storage.
+/// Reads one open file, restricted to the `wanted` samples. Fails with bad_file if the content is not that of a record,
+/// otherwise with storage.
 [[nodiscard]] Result<Record> read_open_record(Database& database, const ReadSelection& wanted = {});
 
 }  // namespace gyrotherm::record

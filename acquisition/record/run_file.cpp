@@ -159,7 +159,7 @@ Result<RunFile> RunFile::make_open_file(Database database, const std::string& pa
 
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
                                 const std::optional<Continuation>& continuation) {
-  // A resumed run keeps the names with which it began.
+  // A further part keeps the names of the record, which an earlier version may have permitted.
   if (auto good = continuation ? check_channel_names(info) : check_new_channel_names(info); !good)
     return failure(good.error());
   if (std::ranges::any_of(path, [](unsigned char c) { return c < ' '; }))

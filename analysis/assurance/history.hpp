@@ -63,7 +63,8 @@ struct CheckEntry {
 struct Explanation {
   std::vector<std::string> run_ids{};
   std::string cause{};  ///< one of kCauses
-  std::string part{};   ///< such as the name of a thermometer; may be empty
+  /// Part concerned, such as the name of a thermometer. May be empty.
+  std::string part{};
   std::string by{};
   std::string utc{};
   std::string note{};

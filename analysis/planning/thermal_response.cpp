@@ -36,7 +36,7 @@ Eigen::VectorXd power_of(const ProgramPath& path) {
   return path.start.unaryExpr([](int start) { return start < 0 ? 0.0 : 1.0; });
 }
 
-/// Regressors of the response along a path: F_j, P_j and 1.
+/// Returns the regressors of the response along a path: F_j, P_j and 1.
 Eigen::MatrixXd regressors(const ProgramPath& path, const Eigen::VectorXd& times_s) {
   const Eigen::Index count = times_s.size();
   Eigen::MatrixXd all(path.set_point_c.size(), 2 * count + 1);

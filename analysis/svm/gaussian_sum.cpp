@@ -256,8 +256,8 @@ constexpr Eigen::Index kGroupBlocks = kGroup / kGaussianBlock;
 
 Eigen::Index count_groups(Eigen::Index count) { return (count + kGroup - 1) / kGroup; }
 
-// Returns the indices of the non-zero β, ordered in blocks of alternating sign. The positive and negative β of a
-// support vector machine cancel, so this order keeps the sums small.
+// Returns the indices of the non-zero β in blocks of one sign. While both signs remain, each block has the sign
+// opposite to the sum of the previous blocks, so the partial sums stay small.
 std::vector<Eigen::Index> alternate_signs(const Eigen::VectorXd& beta) {
   std::vector<Eigen::Index> positive, negative, order;
   for (Eigen::Index i = 0; i < beta.size(); ++i)

@@ -219,14 +219,14 @@ std::vector<double> take_simplest(TuningSummary& summary, const std::vector<Eval
   return evaluated[choice.simplest].position;
 }
 
-// Returns warnings about coordinates on the edge of their box and positions without a certificate.
+// Returns warnings about coordinates at a bound of their search range and positions without a certificate.
 std::vector<std::string> collect_warnings(const std::vector<double>& taken, const Coordinates& coordinates,
                                           int uncertified, int evaluations) {
   const auto& [box, names] = coordinates;
   std::vector<std::string> warnings;
   for (std::size_t k = 0; k < taken.size(); ++k) {
     if (taken[k] != box.lower[k] && taken[k] != box.upper[k]) continue;
-    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", names[k], taken[k]));
+    warnings.push_back(fmt::format("log2 {} = {} is at a bound of its search range", names[k], taken[k]));
   }
   if (uncertified > 0) {
     warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were skipped",

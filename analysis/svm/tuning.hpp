@@ -82,7 +82,7 @@ struct TuningSummary {
   /// Number of positions with a training that missed its certificate. Such a position never becomes the best.
   int uncertified{};
   SwarmSummary swarm;
-  /// "log2 C = 12 lies on the edge of its box", …
+  /// "log2 C = 12 is at a bound of its search range", …
   std::vector<std::string> warnings;
   /// Set if the one-standard-error rule was applied.
   std::optional<OneStandardErrorSummary> one_standard_error;

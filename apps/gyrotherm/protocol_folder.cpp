@@ -41,7 +41,8 @@ Result<void> compare_protocol_pages(const std::string& folder, const ProtocolKin
     const auto page = kind.page(protocol, json_path(folder, kind), language);
     if (!page) return failure(page.error());
     if (*found != *page)
-      return failure(FaultKind::bad_file, path, fmt::format("is not the page of {}.json", kind.stem));
+      return failure(FaultKind::bad_file, path,
+                     fmt::format("does not match {}.json; one of them was changed", kind.stem));
   }
   return {};
 }

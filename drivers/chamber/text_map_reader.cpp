@@ -99,7 +99,7 @@ class ItemReader {
         tables_.push_back(table);
         continue;
       }
-      table.note_error("name", fmt::format("a second item is named \"{}\"", name));
+      table.note_error("name", fmt::format("duplicate item \"{}\"", name));
       for (const auto& key : table.keys()) table.ignore(key);
     }
     for (const auto& table : tables_) own_.emplace(table.text("name"), &table);
@@ -453,7 +453,8 @@ class ItemReader {
     if (table.has("then_when"))
       command.then_when = std::make_shared<const Condition>(read_readable_condition(table.table("then_when"), map_));
     const bool has_effect = table.has("effect");
-    if (has_effect) (void)is_readable(table, "effect", table.text("effect"));  // an unknown one is an error of its own
+    // Notes an error if no readable item has this name.
+    if (has_effect) (void)is_readable(table, "effect", table.text("effect"));
     // The readers of other kinds have rules of their own for commands without an answer.
     if (!any_kind_ && command.acknowledged.empty() && !item->readable && item->seen_in.empty() && !has_effect)
       table.note_error("tell", "this command is neither acknowledged nor read back");

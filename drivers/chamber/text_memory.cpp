@@ -163,7 +163,8 @@ class MemoryReader {
     next_ += stride * (memory_.steps_at_most - 1);
     if (next_ >= kRegisterCount)
       table_.note_error("steps_at_most",
-                        fmt::format("{} steps with {} registers each are too many", memory_.steps_at_most, stride));
+                        fmt::format("{} steps with {} registers each, expected at most {} registers in all",
+                                    memory_.steps_at_most, stride, kRegisterCount));
   }
 
   const TomlTable& table_;

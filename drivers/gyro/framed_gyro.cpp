@@ -170,7 +170,7 @@ class BufferedStream final : public ByteStream {
   Duration newest_arrival_{};  ///< arrival of the newest unread byte
   /// Arrival of the newest byte that read() returned. Only the calling thread uses it.
   std::optional<Duration> read_arrival_;
-  /// Fault that the caller has not received yet. The line is not read before that.
+  /// Fault that read() has not reported yet. The line is not read while there is one.
   std::optional<Fault> fault_;
   WriteRequest* request_ = nullptr;
   std::jthread thread_;  ///< declared last: uses all members above

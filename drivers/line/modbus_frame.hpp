@@ -36,7 +36,7 @@ struct ModbusRequest {
   ModbusFunction function{};
   std::uint16_t address{};
   std::uint16_t count{};  ///< registers or bits
-  /// Words to write; exactly one for a coil or a loop-back.
+  /// Words to write: none for a read, exactly one for write_coil, write_single and loop_back.
   std::vector<std::uint16_t> words{};
 
   // Deviations to accept in the reply, not part of the request frame.

@@ -97,7 +97,8 @@ class FramedStream final : public ByteStream {
     }
     if (received_.size() <= kLongestFrame) return {};
     received_.clear();
-    return failure(FaultKind::corrupted, "", "the answer does not end");
+    return failure(FaultKind::corrupted, "",
+                   fmt::format("no end of frame in {} bytes; check the link settings", kLongestFrame));
   }
 
   std::unique_ptr<ByteStream> line_;

@@ -313,9 +313,9 @@ bool TextTemplate::can_format(const FieldValues& values) const {
     const auto& form = field.form;
     if (form.is_exact) return format_field(form, *number).size() == static_cast<std::size_t>(form.width);
     if (form.kind != FieldForm::Kind::hexadecimal) return true;
-    const double values_of_field = std::exp2(kBitsPerDigit * form.width), rounded = std::round(*number);
-    return form.is_unsigned ? rounded >= 0 && rounded < values_of_field
-                            : rounded >= -values_of_field / 2 && rounded < values_of_field / 2;
+    const double value_count = std::exp2(kBitsPerDigit * form.width), rounded = std::round(*number);
+    return form.is_unsigned ? rounded >= 0 && rounded < value_count
+                            : rounded >= -value_count / 2 && rounded < value_count / 2;
   });
 }
 

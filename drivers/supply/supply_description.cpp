@@ -65,7 +65,7 @@ class SupplyParser {
     const auto tables = file_.tables("item");
     for (const auto& table : tables) {
       const auto name = table.choice("name", item_names());
-      if (!seen.insert(name).second) table.note_error("name", fmt::format("a second item is named \"{}\"", name));
+      if (!seen.insert(name).second) table.note_error("name", fmt::format("duplicate item \"{}\"", name));
       if (table.has("ask")) read_question(table, name, templates, output);
     }
     for (const auto& table : tables) read_item(table, templates, output);
@@ -120,7 +120,8 @@ class SupplyParser {
         table.note_error("tell", fmt::format("the field \"{}\" has no meaning here", field.name));
     const bool has_value = command.tell.find(kTextValueField) != nullptr;
     if (has_value == (name == kClearTrip))
-      table.note_error("tell", name == kClearTrip ? "this command has no value" : "missing the field \"value\"");
+      table.note_error("tell", name == kClearTrip ? "this command sends no value; remove the field \"value\""
+                                                  : "the field \"value\" is missing");
     return command;
   }
 
@@ -227,7 +228,7 @@ std::string describe_confidence(const SupplyDescription& description) {
                      description.notes.empty() ? "" : "; ", fmt::join(description.notes, "; "));
 }
 
-std::string settings_objection(const SupplyDescription& description, const OutputSettings& settings) {
+std::string settings_refusal_reason(const SupplyDescription& description, const OutputSettings& settings) {
   if (settings.output >= description.outputs.size())
     return fmt::format("the supply has {} outputs", description.outputs.size());
   const auto& output = description.outputs[settings.output];

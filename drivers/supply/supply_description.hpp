@@ -104,7 +104,7 @@ struct OutputSettings {
   std::optional<double> over_voltage_v{}, over_current_a{};
 };
 
-/// Describes why the supply cannot have these settings; empty if it can.
-[[nodiscard]] std::string settings_objection(const SupplyDescription& description, const OutputSettings& settings);
+/// Returns the reason why the supply cannot have these settings, or an empty string.
+[[nodiscard]] std::string settings_refusal_reason(const SupplyDescription& description, const OutputSettings& settings);
 
 }  // namespace gyrotherm::drivers

@@ -44,7 +44,7 @@ class DescriptionParser {
     for (const auto& table : tables) {
       const auto name = table.choice("name", {kReadingsItem, kStatusItem});
       auto& found = name == kReadingsItem ? readings : status;
-      if (found) table.note_error("name", fmt::format("a second item is named \"{}\"", name));
+      if (found) table.note_error("name", fmt::format("duplicate item \"{}\"", name));
       found = &table;
     }
     if (!readings) return file_.note_error("item", "no item is named \"readings\"");

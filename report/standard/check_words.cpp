@@ -111,7 +111,7 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"limit", "limit", "Grenze"},
   {"out", "out of control", "nicht beherrscht"},
   {"caption",
-   "Control charts. Each value is compared with the previous runs. The limits include the error of limits from few "
+   "Control charts. Each value is compared with the previous runs. The limits allow for their estimation from few "
    "runs, so they usually narrow with further runs.",
    "Regelkarten. Jeder Wert wird mit den vorigen Läufen verglichen. Die Grenzen enthalten den Fehler von Grenzen aus "
    "wenigen Läufen und werden daher mit weiteren Läufen meist enger."},

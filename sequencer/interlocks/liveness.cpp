@@ -210,9 +210,9 @@ double directed_speed(const MotionStep& step, double sign) {
   return seconds > 0 ? std::copysign(1, sign) * step.change.value / seconds : 0;
 }
 
-/// Returns the speed, in K/s, that the air and the other thermometers give as the cause of a change in the direction of
-/// `sign`. A motion of the air is real. The others count only if they have moved for some time: all channels of one
-/// instrument may jump together.
+/// Returns the speed in the direction of `sign`, K/s, that explains a change: the air's fastest motion, or the median
+/// of the other thermometers' sustained motions if that is greater. A single step of a thermometer hardly counts,
+/// because all channels of one instrument may jump together.
 double explained_speed(const LivenessMemory& memory, std::size_t column, double sign) {
   std::vector<double> others;
   for (std::size_t i = 0; i < memory.past.size(); ++i)

@@ -144,7 +144,8 @@ std::vector<CheckResult> find_dead_axes(const CheckInputs& in) {
 std::vector<CheckResult> find_missing_response(const CheckInputs& in) {
   const auto demanded_change = in.memory.liveness.response.demanded_change;
   if (demanded_change < in.limits.response_step) return {};
-  return {{.text = fmt::format("the chamber moved by {:.0f} K, and no thermometer followed", demanded_change.value)}};
+  return {{.text = fmt::format("the chamber's air or set point changed by {:.0f} K, but no thermometer responded",
+                               demanded_change.value)}};
 }
 
 std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in) {

@@ -33,7 +33,7 @@ struct WrittenUntil {
     std::vector<WrittenSegment> segments;
   };
   std::vector<Block> blocks;
-  /// Absent: no closing segments.
+  /// Empty if the profile has no closing segments.
   std::vector<Block> closing;
 };
 

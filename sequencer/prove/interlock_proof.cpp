@@ -15,7 +15,8 @@ namespace {
 using interlocks::InterlockId;
 using interlocks::InterlockLimits;
 
-/// Seconds without a fault before an injection, and the longest time that an interlock may need beyond its own times.
+/// Seconds without a fault before an injection, seconds beyond an interlock's own times in which it must act, and the
+/// longest injection in seconds.
 constexpr int kQuietSeconds = 150, kPatience = 4000, kMostSeconds = 40'000;
 constexpr double kJustK = 0.5;
 

@@ -254,7 +254,7 @@ ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environ
   return drill.log.end(ProofVerdict::passed);
 }
 
-std::string relay_objection(const rig::RigFile& rig, const std::string& rig_file) {
+std::string relay_refusal_reason(const rig::RigFile& rig, const std::string& rig_file) {
   const auto relay = make_rig_relay(rig);
   if (!relay) return "";
   const auto shown = relay->read();

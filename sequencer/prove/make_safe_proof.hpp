@@ -45,6 +45,6 @@ struct GuardTimes {
 
 /// Returns the reason why the relay is not closed; empty if it is, or if the rig has none. A run and the proof tests do
 /// not start while there is a reason.
-[[nodiscard]] std::string relay_objection(const rig::RigFile& rig, const std::string& rig_file);
+[[nodiscard]] std::string relay_refusal_reason(const rig::RigFile& rig, const std::string& rig_file);
 
 }  // namespace gyrotherm::prove

@@ -329,7 +329,8 @@ class AssembledRig : public Rig {
     return names;
   }
 
-  /// Carries out the demand on the supplies. Waits for units that were switched on.
+  /// Identifies the supplies, records whether each was on, applies the demand and waits until each switch is verified.
+  /// Permits the units of a supply that remains off to be silent. Fails at the first supply that fails.
   Result<void> establish_power() {
     for (std::size_t i = 0; i < supplies_.size(); ++i) {
       auto& supply = *supplies_[i];

@@ -145,8 +145,8 @@ Result<SupplySettings> read_supply(const TomlTable& table, const std::string& ri
     auto output = read_supply_output(one, fmt::format("{} at {}", name, supply.line), units);
     if (!taken.insert(output.settings.output).second) one.note_error("output", "this output is listed twice");
     if (description)
-      if (const auto objection = settings_objection(*description, output.settings); !objection.empty())
-        one.note_error("", objection);
+      if (const auto why = settings_refusal_reason(*description, output.settings); !why.empty())
+        one.note_error("", why);
     supply.outputs.push_back(std::move(output));
   }
   if (!description) return failure(std::move(description.error()));

@@ -115,7 +115,7 @@ class Attempt {
     is_other_ = is_other_ || fault.kind == FaultKind::mismatch || fault.kind == FaultKind::refused;
     if (goal_.identity.empty() || is_other_) return;
     if (chamber_->send_safe_state_unconfirmed(goal_.set_point, must_be_off()))
-      report(done_.reached, text(fault) + "; the commands were sent without an answer");
+      report(done_.reached, text(fault) + "; the commands were sent without waiting for an answer");
   }
 
   /// Reads the state, and keeps it as evidence even if a later command fails.

@@ -49,7 +49,7 @@ std::string quoted_lines(std::string_view text) {
   return lines + fmt::format("  {}\n", toml_quoted(text));
 }
 
-/// Writes settings as " communication_unit = 15 ".
+/// Writes settings as " \"communication_unit\" = 15 ".
 std::string inline_settings(const drivers::ControllerSettings& settings) {
   std::vector<std::string> pairs;
   for (const auto& [name, value] : settings) pairs.push_back(fmt::format("{} = {}", toml_quoted(name), value));
@@ -90,7 +90,9 @@ std::string distrust_reason(int file) {
   if (::fstat(file, &found) != 0) return "its status cannot be read";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
     return "belongs to " + describe_user(found.st_uid) + ", who is neither root nor this user";
-  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : "may be written by others than its owner";
+  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0
+             ? ""
+             : "can be written by other users; remove their write permission (chmod go-w)";
 }
 
 }  // namespace

@@ -65,20 +65,21 @@ TEST(StandardStreams, DistinguishFullDiskFromClosedPipe) {
 }
 
 TEST(ObjectionTo, RejectsInvalidNumbers) {
-  for (const auto* good : {"0", "-3", "9223372036854775807"}) EXPECT_EQ(objection_to(good, "INT"), "") << good;
-  for (const auto* good : {"0", "18446744073709551615"}) EXPECT_EQ(objection_to(good, "UINT"), "") << good;
-  for (const auto* good : {"0", "-12.5", "1e-3", ".5", "5."}) EXPECT_EQ(objection_to(good, "FLOAT"), "") << good;
+  for (const auto* good : {"0", "-3", "9223372036854775807"}) EXPECT_EQ(value_refusal_reason(good, "INT"), "") << good;
+  for (const auto* good : {"0", "18446744073709551615"}) EXPECT_EQ(value_refusal_reason(good, "UINT"), "") << good;
+  for (const auto* good : {"0", "-12.5", "1e-3", ".5", "5."})
+    EXPECT_EQ(value_refusal_reason(good, "FLOAT"), "") << good;
   for (const auto* kind : {"INT", "UINT", "FLOAT"})
     for (const auto* bad : {"", " 1", "1 ", "+1", "0x10", "1e999", "nan", "inf", "-inf", "one", "1,5", "1\n"})
-      EXPECT_NE(objection_to(bad, kind), "") << kind << " \"" << bad << '"';
-  EXPECT_NE(objection_to("1.5", "INT"), "");
-  EXPECT_NE(objection_to("-1", "UINT"), "");
-  EXPECT_NE(objection_to("18446744073709551616", "UINT"), "");
+      EXPECT_NE(value_refusal_reason(bad, kind), "") << kind << " \"" << bad << '"';
+  EXPECT_NE(value_refusal_reason("1.5", "INT"), "");
+  EXPECT_NE(value_refusal_reason("-1", "UINT"), "");
+  EXPECT_NE(value_refusal_reason("18446744073709551616", "UINT"), "");
 }
 
 TEST(ObjectionTo, RejectsEmptyValueOfAnyKind) {
-  EXPECT_NE(objection_to("", "RIG"), "");
-  EXPECT_EQ(objection_to(" nan", "RIG"), "");
+  EXPECT_NE(value_refusal_reason("", "RIG"), "");
+  EXPECT_EQ(value_refusal_reason(" nan", "RIG"), "");
 }
 
 TEST(CommandRefusalReason, SuggestsNearestOrAllCommands) {

@@ -50,7 +50,7 @@ SHORT = {"every_other_lost_0350", "late_0550", "half_lost_0350_0600", "mode_stuc
 
 
 def has_confirmed(record: pathlib.Path) -> bool:
-    """Waits until the guard removes the safe-state file, which it does after full confirmation."""
+    """Returns whether the guard has removed the safe-state file, which it does after full confirmation."""
     return not pathlib.Path(f"{record}.safe-state").exists()
 
 
@@ -72,7 +72,7 @@ class GuardWatch(threading.Thread):
 
 
 def break_and_kill(scene: Scene, link: str, faults: dict[str, Any], off: bool, seed: int) -> tuple[Chamber, GuardWatch]:
-    """Kills a hot run at the moment at which its chamber fails."""
+    """Breaks the chamber of a hot run, kills the run at once, and returns the chamber and a started GuardWatch."""
     laboratory = scene.laboratory(link, seed=seed)
     run = scene.hot_run(laboratory, rig={"safe": {"off": "true" if off else "false"}})
     scene.expect_guarded(run)

@@ -47,7 +47,8 @@ def drawn(seed: int) -> tuple[str, dict[str, Any]]:
 
 
 def jumps(chamber: Chamber) -> list[str]:
-    """Returns set points that differ from the previous one, or from the air, by more than the ramp limit allows."""
+    """Describes the set points that differ from the previous one by more than the ramp limit allows, and from the air
+    by more than 1 K."""
     own = [change for change in chamber.changes if change.by_program and change.value != SAFE]
     found = []
     for before, after in zip(own, own[1:]):

@@ -276,7 +276,7 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated) {
   multi_point.model = make_model("multi-point", pairs, rate, multi_point.rate, 0.0052);
   multi_point.model.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
   multi_point_t.model = make_model("multi-point-t", with_temperature, rate, multi_point_t.rate, 0.0037);
-  multi_point_t.model.tuning.warnings = {"log2 C = 12 lies on the edge of its box"};
+  multi_point_t.model.tuning.warnings = {"log2 C = 12 is at a bound of its search range"};
   multi_point_t.model.uncertainty = some_uncertainty();
   multi_point_t.model.warnings = multi_point_t.model.tuning.warnings;
   qualification.comparison.models = {linear_model(multi_point_t.model)};

@@ -188,7 +188,7 @@ TEST(HardGyro, PowerGrowthChangesBias) {
 }
 
 /// The air temperature is the same in both cases. In one case the heater produces it, in the other the cooler.
-TEST(HardGyro, HasOtherGradientsWhenCooledThanHeated) {
+TEST(HardGyro, HasDifferentGradientsWhenCooledAndHeated) {
   const auto gyro = linear_with(reduced_of_rig("virtual-hard").wind, {});
   ReducedGyro heated(gyro), cooled(gyro);
   for (int t = 0; t < 1200; ++t) {

@@ -35,7 +35,7 @@ struct Anchor {
 
 class ReferenceBiasLaw : public testing::TestWithParam<Anchor> {};
 
-TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRateCycles) {
+TEST_P(ReferenceBiasLaw, MatchesReferenceDeviationInRateCycles) {
   auto gyro = lumped_of_rig(GetParam().rig);
   gyro.bias.scale = 1;
   std::vector<double> all;

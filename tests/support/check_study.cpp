@@ -87,7 +87,8 @@ class RunMaker {
       : options_(options), change_(change), share_(share), random_(random), plateaus_(plateaus_of(options.golden)) {}
 
   [[nodiscard]] CheckEntry make(int run) && {
-    constexpr double kThermometerU = 0.0539, kDrift = 0.05, kTurnOn = 0.001;  // as in virtual.toml
+    // As in virtual.toml; 0.0539 K combines u = 0.02 K and the yearly drift.
+    constexpr double kThermometerU = 0.0539, kDrift = 0.05, kTurnOn = 0.001;
     check_.run_id = fmt::format("{:032x}", run + 1);
     check_.started_utc = fmt::format("2026-{:02}-{:02}T08:00:00Z", run / 28 + 1, run % 28 + 1);
     const auto axes = axes_of(options_.golden);

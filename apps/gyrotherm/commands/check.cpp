@@ -253,7 +253,7 @@ std::string proof_lines(const rig::RigFile& rig) {
 
 /// Returns the position of the relay as a warning; empty if it is closed.
 std::string relay_line(const rig::RigFile& rig) {
-  const auto why = rig.simulated ? "" : prove::relay_objection(rig, rig.file);
+  const auto why = rig.simulated ? "" : prove::relay_refusal_reason(rig, rig.file);
   return why.empty() ? "" : fmt::format("  WARNING: {}\n", why);
 }
 

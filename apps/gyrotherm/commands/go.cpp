@@ -31,7 +31,7 @@ struct GoArguments {
 /// Refuses a set point in the place of the rig.
 CLI::Validator reject_number() {
   return {[](const std::string& rig) {
-            return objection_to(rig, "FLOAT").empty()
+            return value_refusal_reason(rig, "FLOAT").empty()
                        ? fmt::format("\"{}\" is a set point, expected the rig before it", rig)
                        : std::string();
           },

@@ -91,7 +91,8 @@ Result<std::vector<planning::Forecast>> make_forecasts(Console& console,
   return forecasts;
 }
 
-/// Returns the lowest forecast, because a run that ends by itself uses the better model.
+/// Returns the lowest expanded uncertainty that the forecasts give after the program, because a run that ends by itself
+/// uses the better model. Infinite without a forecast.
 Result<double> least_expanded(const std::vector<planning::Forecast>& forecasts, const planning::ProgramPath& program) {
   double least = std::numeric_limits<double>::infinity();
   for (const auto& forecast : forecasts) {

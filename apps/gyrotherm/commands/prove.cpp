@@ -40,10 +40,10 @@ Result<std::vector<prove::ProofTest>> select_tests(const rig::RigFile& rig, cons
   for (const auto test : tests)
     if (std::ranges::count(needed, test) == 0)
       return failure(FaultKind::usage, "--only",
-                     rig.simulated ? fmt::format("{} needs a real chamber; this rig is virtual", name(test))
+                     rig.simulated ? fmt::format("{} requires a real chamber; this rig is virtual", name(test))
                      : test == prove::ProofTest::line
-                         ? std::string("line needs a TCP line; a serial line is not cut")
-                         : fmt::format("{} needs [safe.also] in the rig file", name(test)));
+                         ? std::string("line requires a TCP line; the test cannot cut a serial line")
+                         : fmt::format("{} requires [safe.also] in the rig file", name(test)));
   return tests;
 }
 

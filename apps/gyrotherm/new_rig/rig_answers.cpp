@@ -52,7 +52,8 @@ Result<Celsius> read_celsius(const std::string& text) {
   const auto value = read_number(text, kCelsiusUnits, "a temperature in °C, such as -40");
   if (!value) return failure(value.error());
   if (*value < kColdest || *value > kHottest)
-    return refused(fmt::format("{:g} °C is no temperature of a chamber", *value));
+    return refused(
+        fmt::format("{:g} °C is not a chamber temperature, expected {} to {} °C", *value, kColdest, kHottest));
   return Celsius{*value};
 }
 

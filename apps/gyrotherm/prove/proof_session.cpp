@@ -102,7 +102,7 @@ class ProofSession {
   /// Identifies the chamber and keeps its registers. Nothing is written.
   Result<void> begin_with_chamber() {
     if (auto locked = lock_chamber("the start"); !locked) return locked;
-    if (const auto why = prove::relay_objection(rig_, rig_.file); !why.empty())
+    if (const auto why = prove::relay_refusal_reason(rig_, rig_.file); !why.empty())
       return failure(FaultKind::refused, rig_.file, why);
     const auto [registers, chamber] = prove::connect_with_registers(rig_);
     const auto identity = chamber->identify();
@@ -227,7 +227,7 @@ class ProofSession {
     proof_.registers = std::move(*compared);
     for (const auto& one : proof_.registers)
       if (one.before != one.after) return give_up(fmt::format("{} is {}, was {}", one.item, one.after, one.before));
-    if (const auto why = prove::relay_objection(rig_, rig_.file); !why.empty()) give_up(why);
+    if (const auto why = prove::relay_refusal_reason(rig_, rig_.file); !why.empty()) give_up(why);
   }
 
   Console& console_;

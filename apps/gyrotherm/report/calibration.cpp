@@ -171,7 +171,8 @@ std::string model_inputs(const CalibrationArguments& options) {
   return options.inputs.empty() ? "multi-point-t" : options.inputs;
 }
 
-/// Returns the model of an axis, or nothing if neither a file nor a folder was given.
+/// Returns the first named model that applies to an axis, otherwise the model in the folder. Returns nothing if no
+/// named model applies and there is no folder.
 Result<std::optional<ModelOfAxis>> find_model(const ModelSource& source, const std::string& inputs,
                                               const data::AxisChoice& axis) {
   for (const ModelOfAxis& one : source.named)

@@ -637,7 +637,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto run = find_interrupted(console, path, options);
   if (!run) return failure(run.error());
   run::RunContinuation& on = run->on;
-  if (const auto why = on.rig.simulated ? "" : prove::relay_objection(on.rig, run->info.rig_file); !why.empty())
+  if (const auto why = on.rig.simulated ? "" : prove::relay_refusal_reason(on.rig, run->info.rig_file); !why.empty())
     return failure(FaultKind::refused, path, why);
   if (!on.rig.simulated) console.never_wait();
   auto opening = prepare_opening(console, on.rig, path, on.start, false);

@@ -20,7 +20,7 @@ std::optional<double> read_pace(const std::string& text) {
   if (text == "max") return 0;
   if (!text.starts_with('x')) return {};
   const auto factor = text.substr(1);
-  if (!objection_to(factor, "FLOAT").empty()) return {};
+  if (!value_refusal_reason(factor, "FLOAT").empty()) return {};
   const double times = std::strtod(factor.c_str(), nullptr);
   return times > 0 && times <= kFastest ? std::optional(times) : std::nullopt;
 }

@@ -87,7 +87,7 @@ std::vector<std::string> list_due_proofs(const rig::RigFile& rig) {
 
 Result<void> check_protection(const rig::RigFile& rig) {
   if (rig.simulated) return {};
-  if (const auto why = prove::relay_objection(rig, rig.file); !why.empty())
+  if (const auto why = prove::relay_refusal_reason(rig, rig.file); !why.empty())
     return failure(FaultKind::refused, rig.file, why);
   if (!rig.proof.refuses_runs) return {};
   const auto state = judge_proofs(rig, prove::find_proofs(rig), SteadyClock().now().utc);

@@ -38,8 +38,8 @@ struct ConnectedInstrument {
 /// Returns a sentence for each proof test that is due or failed, and about the newest protocol.
 [[nodiscard]] std::vector<std::string> list_due_proofs(const rig::RigFile& rig);
 
-/// Refuses a run if its rig file requires valid proof tests ([policy] proof) and one is due or failed, or if the relay
-/// of [safe.also] is not closed. Fails with refused.
+/// Fails with refused if the relay of [safe.also] is open or cannot be read, or if the rig file requires valid proof
+/// tests ([policy] proof) and one is due or failed. Never fails for a virtual rig.
 [[nodiscard]] Result<void> check_protection(const rig::RigFile& rig);
 
 /// Reports the source of the bias reference. Warns if the Earth rate of an axis is unknown; the bias reference of that

@@ -99,8 +99,9 @@ Tested test_versions(const ValidationSite& /*site*/) {
     if (!run) return unmet(run.error());
     if (run->exit_code != 0 || run->out.find(GYROTHERM_VERSION) == std::string::npos)
       return unmet(
-          fmt::format("{} is not of version {}: {}", program, GYROTHERM_VERSION, plain(trimmed(run->out, "\n"))),
-          fmt::format("{} hat nicht die Version {}: {}", program, GYROTHERM_VERSION, plain(trimmed(run->out, "\n"))));
+          fmt::format("{}: expected version {}, found: {}", program, GYROTHERM_VERSION, plain(trimmed(run->out, "\n"))),
+          fmt::format("{}: Version {} erwartet, gefunden: {}", program, GYROTHERM_VERSION,
+                      plain(trimmed(run->out, "\n"))));
   }
   return met(fmt::format("{}: version {}", fmt::join(kInstalledPrograms, ", "), GYROTHERM_VERSION),
              fmt::format("{}: Version {}", fmt::join(kInstalledPrograms, ", "), GYROTHERM_VERSION));
@@ -302,7 +303,7 @@ constexpr Requirement kRequirements[] = {
      &test_programs_of_rig},
     {"OQ-8", "The calibrations of the rig are valid.", "Die Kalibrierungen des Prüfstands sind gültig.",
      &test_calibrations},
-    {"OQ-9", "The proof tests of the rig are passed and not due.",
+    {"OQ-9", "The proof tests of the rig have passed and none is due.",
      "Die Wiederholungsprüfungen des Prüfstands sind bestanden und nicht fällig.", &test_proofs}};
 
 RequirementResult test_requirement(const Requirement& requirement, const ValidationSite& site) {

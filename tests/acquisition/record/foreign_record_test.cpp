@@ -254,7 +254,7 @@ TEST(ForeignRecord, IsRefusedWithSchemaNameWhenNewer) {
   EXPECT_EQ(read_every_way(folder / "run.db"), "schema \"gyrotherm-run/2\", expected \"gyrotherm-run/1\"");
 }
 
-TEST(ForeignRecord, IsNotWaitedForWhenNotRegularFile) {
+TEST(ForeignRecord, RefusesPipeWithoutWaiting) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_every_way(folder / "pipe"), "is not a regular file, expected a gyrotherm record");

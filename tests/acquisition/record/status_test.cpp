@@ -340,7 +340,7 @@ TEST(MissingFiles, AreNoneInFilesThatWereClosedInOrder) {
   }
 }
 
-TEST(MissingFiles, AreNoneWhenOtherProgramCopiedLogIntoRecord) {
+TEST(MissingFiles, ReportsNoneWhenOtherProgramCopiedLog) {
   const Folder folder;
   const auto path = folder / "run.db";
   leave_run(path, std::nullopt, true);

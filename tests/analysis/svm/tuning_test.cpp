@@ -158,7 +158,7 @@ TEST(Tuning, WarnsWhenBestIsOnEdgeOfBox) {
   const auto summary = tune_svr(four_folds(60, 0.1), options);
   ASSERT_TRUE(summary);
   ASSERT_FALSE(summary->warnings.empty());
-  EXPECT_EQ(summary->warnings.front(), "log2 C = -1 lies on the edge of its box");
+  EXPECT_EQ(summary->warnings.front(), "log2 C = -1 is at a bound of its search range");
 }
 
 TEST(Tuning, CountsPositionsThatMissCertificate) {

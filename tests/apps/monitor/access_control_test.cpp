@@ -232,7 +232,7 @@ TEST_F(Access, KeepsCookiesOfTwoMonitorsOnOneHost) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);
   AccessControl other({.control = true, .allows_guests = false}, users_, others, clock_);
-  // Like a browser, by host name without port.
+  // Keeps cookies by host name without the port, as a browser does.
   std::map<std::string, std::string> kept;
   const auto calls = [&](AccessControl& access, const std::string& host, const std::string& path) {
     auto sent = request(path);

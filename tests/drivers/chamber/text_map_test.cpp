@@ -752,7 +752,7 @@ TEST(TextMap, EachMistakeIsOneErrorWithItsCause) {
   expect("answer = \"{air_temperature:f}, {set_point:f}", "answer = \"{air_temperature}, {set_point:f}",
          "is not a field");
   expect("[control]", "[[item]]\nname = \"mode\"\nask = \"M?\"\nanswer = \"{value:d}\"\n[control]",
-         "a second item is named \"mode\"");
+         "duplicate item \"mode\"");
   expect("[control]", "[[item]]\nname = \"go\"\ntell = \"GO\"\neffect = \"gone\"\n[control]",
          "no item is named \"gone\"");
   const std::string tell = "tell = \"TEMP, S{value:f.1}\"\nacknowledged = \"OK:{_:s}\"\n";

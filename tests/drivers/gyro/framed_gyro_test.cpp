@@ -67,7 +67,7 @@ TEST_F(FramedGyro, CountsFromOrigin) {
 }
 
 /// The read must not be counted as a second without pulses.
-TEST_F(FramedGyro, FailsEveryReadOfSingleFrame) {
+TEST_F(FramedGyro, FailsFirstReadOfSingleFrame) {
   send(1);
   const auto first = gyro->read(seconds(1));
   ASSERT_FALSE(first);

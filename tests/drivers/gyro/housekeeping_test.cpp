@@ -226,7 +226,7 @@ TEST(GyroHousekeeping, OfTheVectorNav) {
 }
 
 /// Status 2 contains the temperature in some messages, and the software version in others.
-TEST(GyroHousekeeping, OfTheHg4930) {
+TEST(GyroHousekeeping, DecodesHg4930) {
   auto bytes = tests::from_hex("0E01640038FF2C01E8030000FFFF0400F680B786");
   const auto increments =
       tests::from_hex("0E02640038FF2C01E8030000FFFF05001700E803000030F8FFFF711B0D000000000800000000000000F86E1E");

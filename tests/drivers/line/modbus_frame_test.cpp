@@ -52,7 +52,8 @@ TEST(ModbusFrame, DecodesReply) {
   EXPECT_TRUE(decode_reply(kWriteOne, hex("12 34 00 00 00 06 01 06 00 3C FE 70")));
 }
 
-/// Flips every single bit of `reply` except those in the words read, which Modbus TCP does not protect.
+/// Flips each bit of the first `end` bytes of `reply`, one at a time, and expects corrupted. Modbus TCP does not
+/// protect the words read, which follow.
 void expect_every_falsified_field_corrupted(const ModbusRequest& request, const Bytes& reply, std::size_t end) {
   for (std::size_t at = 0; at < end; ++at)
     for (int bit = 0; bit < 8; ++bit) {
@@ -64,7 +65,7 @@ void expect_every_falsified_field_corrupted(const ModbusRequest& request, const 
     }
 }
 
-TEST(ModbusFrame, AReplyWithAnyFieldFalsifiedIsCorrupted) {
+TEST(ModbusFrame, RefusesReplyWithAnyFalsifiedField) {
   expect_every_falsified_field_corrupted(kRead, encode_reply(kRead, Words{1, 2}), 9);
   expect_every_falsified_field_corrupted(kWriteOne, encode_reply(kWriteOne, {}), 12);
   expect_every_falsified_field_corrupted(kWriteTwo, encode_reply(kWriteTwo, {}), 12);

@@ -330,7 +330,7 @@ TEST(SupplyDescription, RefusesErrorsWithTheirPositions) {
   EXPECT_NE(error("name = \"voltage\"", "name = \"volts\"").find("tti.toml:"), std::string::npos);
   EXPECT_NE(error("codes = { off = \"0\", on = \"1\" }", "").find("\"output\" needs \"codes\""), std::string::npos);
   EXPECT_NE(error("outputs = 2", "outputs = 9").find("outputs"), std::string::npos);
-  EXPECT_NE(error("tell = \"V{output:d} {value:f.3};*OPC?\"", "tell = \"V{output:d}\"").find("missing the field"),
+  EXPECT_NE(error("tell = \"V{output:d} {value:f.3};*OPC?\"", "tell = \"V{output:d}\"").find("\"value\" is missing"),
             std::string::npos);
   EXPECT_NE(error("timeout = \"1 s\"", "timeout = \"5 s\"").find("expected at most 4 s"), std::string::npos);
   EXPECT_NE(error("flags = {", "unknown = {").find("tti.toml:"), std::string::npos);

@@ -157,7 +157,7 @@ TEST_F(DconThermometer, ABrokenLineNamesTheInstrument) {
   EXPECT_EQ(bank->read()[3].error().where, "bank fake");
 }
 
-TEST_F(OnModule, AnotherTypeThanTheRigExpectsIsAMismatch) {
+TEST_F(OnModule, ReportsMismatchIfTypeDiffersFromRig) {
   connect({.address = 4, .type = 0x0F});
   expect_all(FaultKind::mismatch);
   connect({.address = 4, .type = 0x10});

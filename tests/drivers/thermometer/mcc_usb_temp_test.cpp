@@ -82,7 +82,7 @@ TEST_F(MccUsbTemp, SetsDifferingItemsAndCalibratesBeforeReading) {
   EXPECT_EQ(device->count(MccCommand::set_item), set) << "once";
 }
 
-TEST_F(MccUsbTemp, IdentifyingWaitsForTheCalibration) {
+TEST_F(MccUsbTemp, WaitsForCalibrationWhenIdentifying) {
   connect(with_sensors());
   EXPECT_TRUE(bank->identify());
   expect_good();

@@ -113,7 +113,7 @@ TEST_F(ProcessThermometerTest, AnotherProtocolOrTooFewInputsAreMismatches) {
   EXPECT_EQ(fault(), "thermometer 1 hello: the program has 1 inputs, but the rig file names 2 channels");
 }
 
-TEST_F(ProcessThermometerTest, IsEndedAfterTenQuestionsWithoutAGoodAnswer) {
+TEST_F(ProcessThermometerTest, StopsProgramAfterTenFailedQuestions) {
   readings = "23.5\n";
   for (int i = 0; i < 9; ++i) EXPECT_EQ(fault(), "thermometer 1 read: \"23.5\" is not 2 readings");
   EXPECT_EQ(ends, 0);

@@ -127,7 +127,7 @@ TEST_F(TextThermometer, AnUnknownCommandOfThePreparationIsAMismatch) {
   expect_all(bank->read(), FaultKind::mismatch);
 }
 
-TEST_F(TextThermometer, AnInvalidReadingIsAFaultOfItsInput) {
+TEST_F(TextThermometer, ReportsInvalidReadingAsFaultOfItsInput) {
   instrument.readings[2] = "+9.90000000E+37";
   instrument.readings[4] = "-9.90000000E+37";
   instrument.readings[5] = "+6.00100000E+02";

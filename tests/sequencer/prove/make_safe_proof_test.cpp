@@ -75,7 +75,7 @@ TEST_F(GuardProof, FindsGuardThatDoesNotAct) {
 TEST_F(GuardProof, OpensRelayOnDeadLineAndClosesIt) {
   const auto result = prove_line(bench.rig, record, bench.environment());
   EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
-  EXPECT_EQ(relay_objection(bench.rig, "rig.toml"), "");
+  EXPECT_EQ(relay_refusal_reason(bench.rig, "rig.toml"), "");
   const auto trace = watchdog::read_trace(record);
   ASSERT_TRUE(trace && *trace);
   EXPECT_NE((*trace)->relay.find("was opened at "), std::string::npos) << describe(**trace);
@@ -107,12 +107,12 @@ TEST_F(GuardProof, ProvesTextRelay) {
 TEST_F(GuardProof, ReportsOpenRelay) {
   const auto relay = drivers::make_safety_relay(*bench.rig.safe_also);
   ASSERT_TRUE(relay->command(drivers::RelayPosition::open));
-  const auto open = relay_objection(bench.rig, "rigs/lab.toml");
+  const auto open = relay_refusal_reason(bench.rig, "rigs/lab.toml");
   EXPECT_NE(open.find("is OPEN"), std::string::npos) << open;
   EXPECT_NE(open.find("prove rigs/lab.toml --close-relay"), std::string::npos) << open;
   EXPECT_EQ(prove_relay(bench.rig, bench.environment()).cause, "the relay is open already");
   bench.instruments.reset();
-  EXPECT_NE(relay_objection(bench.rig, "rig.toml").find("cannot be read"), std::string::npos);
+  EXPECT_NE(relay_refusal_reason(bench.rig, "rig.toml").find("cannot be read"), std::string::npos);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::string triad_errors(const std::string& what, const std::string& with) {
   return rig ? "" : text(rig.error());
 }
 
-TEST(AnalogueSettings, EachChannelAddsValueToItsGyro) {
+TEST(AnalogueSettings, AddsValueOfEachChannelToItsGyro) {
   const auto rig = read_rig(kTriad);
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_EQ(rig->analogue_inputs.size(), 1u);

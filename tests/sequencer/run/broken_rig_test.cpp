@@ -591,7 +591,8 @@ TEST(BrokenRig, AttributesSecondsWithoutTickToChamberThatWasAwaited) {
   }
 }
 
-/// Applies also if another cause stops the run, or if the chamber does not answer at first.
+/// The run also waits if an operator resumed it after a long pause, or if the chamber does not answer in the first
+/// second.
 TEST(BrokenRig, WaitsForAirToReturnAfterPause) {
   for (const int pause : {100, 125})
     for (const bool silent : {false, true}) {

@@ -31,14 +31,14 @@ class SafeRelayTest : public ::testing::Test {
   /// Advances by one second and lets an attempt end.
   std::optional<std::string> second(RelayDue due) {
     auto words = relay.advance(due, seconds(at++));
-    for (int i = 0; i < 200 && !words && attempt_is_new(); ++i) {
+    for (int i = 0; i < 200 && !words && has_new_attempt(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
       words = relay.advance(due, seconds(at));
     }
     seen = counted->attempts;
     return words;
   }
-  [[nodiscard]] bool attempt_is_new() const { return counted->attempts > seen || relay.words().empty(); }
+  [[nodiscard]] bool has_new_attempt() const { return counted->attempts > seen || relay.words().empty(); }
 
   std::shared_ptr<CountedRelay> counted = std::make_shared<CountedRelay>();
   SafeRelay relay{drivers::RelaySettings{.after = seconds(20)},

@@ -142,7 +142,7 @@ TEST(MakeSafe, SendsCommandsWithoutAnswerToKnownChamberThatCannotBeUnderstood) {
       EXPECT_EQ(tried.reached, SafeStage::nothing) << "this is no evidence";
       EXPECT_GT(state.unconfirmed, 1);
       EXPECT_EQ(state.unconfirmed_stops, switch_off ? state.unconfirmed : 0);
-      EXPECT_NE(tried.details.find("sent without an answer"), std::string::npos) << tried.details;
+      EXPECT_NE(tried.details.find("sent without waiting for an answer"), std::string::npos) << tried.details;
     }
 }
 

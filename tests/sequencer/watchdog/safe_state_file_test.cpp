@@ -165,7 +165,7 @@ TEST(SafeStateFile, IsRefusedWhenOwnedByAnotherUserOrWritableByOthers) {
   const auto path = safe_state_path(written.record);
   ASSERT_TRUE(write_safe_state(written));
   ASSERT_EQ(::chmod(path.c_str(), 0660), 0);
-  EXPECT_NE(text(read_safe_state(path).error()).find("may be written by others"), std::string::npos);
+  EXPECT_NE(text(read_safe_state(path).error()).find("can be written by other users"), std::string::npos);
   ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
   EXPECT_TRUE(read_safe_state(path));
   if (::geteuid() != 0) GTEST_SKIP() << "only root can make another user's file";

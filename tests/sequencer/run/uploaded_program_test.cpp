@@ -76,7 +76,7 @@ TEST(UploadedProgram, IsNotEndedForSecondAfterLateOne) {
     bench.seconds(1);
     bench.chamber().door_open = false;
     bench.seconds(5);
-    EXPECT_NE(bench.run_controller().run_state(), RunState::aborting) << bench.run_controller().end_cause();
+    EXPECT_EQ(bench.run_controller().run_state(), RunState::execute) << bench.run_controller().end_cause();
   }
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <functional>
 #include <iterator>
 #include <optional>
 #include <tuple>
@@ -26,6 +25,9 @@ constexpr std::size_t kMaxNumbers = 1000;  ///< per row
 bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();
 }
+
+/// Returns whether a row is active or awaits an acknowledgement.
+bool needs_attention(const Alarm& alarm) { return alarm.active || !alarm.acknowledged; }
 
 std::string alarm_tag(const EventSubject& about) {
   return about.channel.empty() ? about.interlock : about.interlock + " " + about.channel;
@@ -158,7 +160,7 @@ bool Alarms::is_listed(const Row& row) const {
 
 bool Alarms::is_listed(const Row& row, const Row* root) {
   const auto& alarm = row.alarm;
-  if (alarm.suppressed_by.empty()) return alarm.active || !alarm.acknowledged || alarm.is_shelved();
+  if (alarm.suppressed_by.empty()) return needs_attention(alarm) || alarm.is_shelved();
   return alarm.active || (root && root->alarm.suppressed_by.empty() && is_listed(*root, nullptr));
 }
 
@@ -279,13 +281,13 @@ void Alarms::make_room() {
     AlarmPriority priority{};
     bool has_consequences{};
   };
-  std::map<std::string, Group, std::less<>> groups;
+  std::map<std::string, Group> groups;
   for (const auto& row : rows_) groups[row.alarm.tag()] = {&row, row.alarm.priority, false};
   for (const auto& row : rows_) {
     if (row.alarm.suppressed_by.empty()) continue;
     auto& group = groups[row.alarm.suppressed_by];
     group.priority = std::max(group.priority, row.alarm.priority);
-    group.has_consequences = group.has_consequences || row.alarm.active || !row.alarm.acknowledged;
+    group.has_consequences = group.has_consequences || needs_attention(row.alarm);
   }
   const auto rank = [&](const Row& row) {
     const auto& own = groups.at(row.alarm.tag());
@@ -373,9 +375,8 @@ std::string Alarms::refusal_reason(std::int64_t number) const {
 }
 
 bool Alarms::has_consequences(const Alarm& alarm) const {
-  return std::ranges::any_of(rows_, [&](const Row& row) {
-    return row.alarm.suppressed_by == alarm.tag() && (row.alarm.active || !row.alarm.acknowledged);
-  });
+  return std::ranges::any_of(
+      rows_, [&](const Row& row) { return row.alarm.suppressed_by == alarm.tag() && needs_attention(row.alarm); });
 }
 
 std::optional<Alarm> Alarms::find_row(std::int64_t number) const {

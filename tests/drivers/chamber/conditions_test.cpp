@@ -16,6 +16,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/pauses.hpp"
+#include "tests/drivers/chamber/two_registers.hpp"
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {
@@ -89,20 +90,7 @@ TEST(Conditions, NamedErrorsOfCtsFitTheirRules) {
   EXPECT_EQ(named, 14);
 }
 
-constexpr const char* kRegisterMap = R"(schema = "gyrotherm-chamber/1"
-name = "n"
-vendor = "v"
-source = "s"
-[[register]]
-name = "air_temperature"
-address = 10
-type = "s16"
-[[register]]
-name = "set_point"
-address = 300
-type = "s16"
-access = "rw"
-[[register]]
+const std::string kRegisterMap = std::string(kTwoRegisters) + R"([[register]]
 name = "state"
 address = 9
 type = "u16"
@@ -320,7 +308,7 @@ TEST(Conditions, RefuseRegistersThatCannotBeRead) {
 }
 
 TEST(Conditions, PowerSwitchMayCompareNumber) {
-  const std::string file = std::string(kRegisterMap) + R"(access = "rw"
+  const std::string file = kRegisterMap + R"(access = "rw"
 [sequence]
 start = [{ write = "state", value = 5 }]
 stop = [{ write = "state", value = 0 }]
@@ -523,7 +511,7 @@ TEST(WrittenValues, RefusedIfRegisterCannotHoldThem) {
 }
 
 TEST(ForbiddenRange, CoversAddressesOfRtu) {
-  std::string file = std::string(kRegisterMap) + "access = \"rw\"\n[[forbidden]]\nfirst = 900\nwhy = \"service\"\n";
+  std::string file = kRegisterMap + "access = \"rw\"\n[[forbidden]]\nfirst = 900\nwhy = \"service\"\n";
   EXPECT_TRUE(parse_register_map(file, "map.toml"));
   file.replace(file.find("address = 9\n"), 12, "address = { tcp = 9, rtu = 900 }\n");
   const auto map = parse_register_map(file, "map.toml");

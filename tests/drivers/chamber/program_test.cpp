@@ -9,6 +9,7 @@
 
 #include "core/file.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "tests/drivers/chamber/two_registers.hpp"
 #include "tests/drivers/line/words.hpp"
 
 namespace gyrotherm::drivers {
@@ -143,20 +144,7 @@ TEST(ProgramMemory, PartsAreNotLongerThanLongestStepThatIsNoMultiple) {
   EXPECT_EQ(programs, 20);
 }
 
-constexpr const char* kMapWithRates = R"(schema = "gyrotherm-chamber/1"
-name = "n"
-vendor = "v"
-source = "s"
-[[register]]
-name = "air_temperature"
-address = 10
-type = "s16"
-[[register]]
-name = "set_point"
-address = 300
-type = "s16"
-access = "rw"
-[profile_memory]
+const std::string kMapWithRates = std::string(kTwoRegisters) + R"([profile_memory]
 steps_at_most = 9
 longest_step = "10 h"
 end_step = true

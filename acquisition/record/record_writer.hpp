@@ -92,7 +92,7 @@ class RecordWriter {
   bool spoiled_ = false;
   /// The acknowledged rows in memory. The first entry is never an event without a slot.
   std::deque<EntryPointer> kept_;
-  FrameCount frames_;  ///< those of the last transaction
+  FrameCount frames_;  ///< counts of the last transaction
   std::int64_t from_{};
   /// The last slot and the highest event number that are acknowledged.
   std::int64_t acknowledged_{-1};

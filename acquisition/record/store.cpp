@@ -662,7 +662,8 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
     status->faults = before->faults;
     status->faults_while_off = before->faults_while_off;
   }
-  if (last_file && last_file->id == status->id) {  // the new file is about the same sample
+  // The new status file describes the same sample as the last one.
+  if (last_file && last_file->id == status->id) {
     status->slot_since_boot = last_file->slot_since_boot - std::chrono::seconds(last_file->slot - status->slot);
     status->slot_in_boot = last_file->slot_in_boot;
   }

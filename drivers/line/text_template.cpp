@@ -490,7 +490,7 @@ class TextTemplate::Matcher {
     const bool has_plus = line_[from] == '+';
     if (has_plus) ++from;
     const auto first = !has_plus && line_[from] == '-' ? from + 1 : from;
-    // "+-5", "inf" and "nan" are no numbers.
+    // Refuses "+-5", "inf" and "nan".
     if (first >= size || !is_digit(line_[first])) return std::nullopt;
     const auto* end = line_.data() + size;
     const auto* begin = line_.data() + from;

@@ -294,9 +294,10 @@ std::string summarise(const report::Report& report, const model::Qualification& 
   const auto found = std::ranges::find(methods, report.recommendation.recommended, &report::ReportedMethod::name);
   if (found == methods.end()) return fmt::format("report:      {}\n", path);
   const report::ReportedVerification& unseen = found->random;
+  // The model's own value, because it counts only the clusters with a residual.
   double raw_std = report.random.raw.std;
   for_each_trained(trained, [&](const std::string& name, const model::TrainedModel& model) {
-    if (name == found->name) raw_std = model.random.raw.std;  // of the same clusters
+    if (name == found->name) raw_std = model.random.raw.std;
   });
   std::string text =
       fmt::format("result:      {} on {} lowers the STD of an unseen run from {:.5f} to {:.5f} °/h{}\n", found->method,

@@ -463,7 +463,8 @@ TEST(FrameDecoder, BrokenRulesAreThoseThatMarkFrame) {
     for (const auto& [word, bits] : statuses) {
       FrameDecoder decoder(lines_with_status(type));
       decoder.feed(tests::bytes_of(fmt::format("S,0,0\nS,1.5,{}\n", word)));
-      const auto* frame = decoder.take();  // without a check, the first line may be incomplete
+      // Without a check, the first line is left out, because it may be incomplete.
+      const auto* frame = decoder.take();
       ASSERT_TRUE(frame) << type << " " << word;
       std::vector<std::string> broken, differing;
       if ((bits & 1U) != 0) broken.emplace_back("sensor");

@@ -14,7 +14,8 @@
 namespace gyrotherm::faults {
 namespace {
 
-constexpr int kLongestWait = 60;  ///< seconds, from the alarm to the end of the test
+/// Seconds from the alarm to the end of the test.
+constexpr int kLongestWait = 60;
 
 std::string text_folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
 

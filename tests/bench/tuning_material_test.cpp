@@ -34,7 +34,7 @@ TEST(Trace, PositionsAreSpreadAtEqualStride) {
   EXPECT_EQ(evenly_spaced(trace, 1000).size(), 620u);
 }
 
-TEST(Trace, ALineComesBackAsItWas) {
+TEST(Trace, KeepsLineThroughWriteAndRead) {
   const TracePosition p{.log2_c = 7.25, .log2_gamma = -5.5, .log2_epsilon = -8, .error = 0.00069, .seconds = 0.5};
   EXPECT_EQ(trace_line(p), "7.250000 -5.500000 -8.000000 0.00069 0.5000\n");
   EXPECT_DOUBLE_EQ(p.parameters().C, std::exp2(7.25));

@@ -243,7 +243,7 @@ TEST(ModbusAnalogueInputs, ReportsSilenceAfterOneExchange) {
   EXPECT_TRUE(unit.inputs->read()[1]);
 }
 
-TEST(ModbusAnalogueInputs, ARegisterThatTheUnitRefusesLeavesTheOthersAlone) {
+TEST(ModbusAnalogueInputs, ReadsOtherInputsWhenUnitRefusesOne) {
   auto text = kUnit;
   text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 1");
   Unit unit({0, 1}, text);
@@ -264,7 +264,7 @@ class Ailing final : public Registers {
   Result<void> write(WriteFunction, std::uint16_t, std::span<const std::uint16_t>) override { return {}; }
 };
 
-TEST(ModbusAnalogueInputs, ARegisterWithoutAValueLeavesTheOthersAlone) {
+TEST(ModbusAnalogueInputs, ReadsOtherInputsWhenOneHasNoValue) {
   auto text = kUnit;
   text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 1");
   const auto inputs =

@@ -106,7 +106,7 @@ TEST_F(ModbusChamber, ReadsBackSetPoint) {
   EXPECT_EQ(chamber->read().value().set_point, Celsius{-40.0});
 }
 
-TEST_F(ModbusChamber, AnAcknowledgedWriteThatDidNothingIsAMismatch) {
+TEST_F(ModbusChamber, ReportsMismatchWhenAcknowledgedWriteHasNoEffect) {
   connect();
   registers->ignore_writes();
   const auto done = chamber->send_set_point({-40});
@@ -115,7 +115,7 @@ TEST_F(ModbusChamber, AnAcknowledgedWriteThatDidNothingIsAMismatch) {
   EXPECT_EQ(text(done.error()), "chamber register 3 (set_point): reads 20 after -40 was written");
 }
 
-TEST_F(ModbusChamber, AnIgnoredStepOfOneCountIsAMismatchToo) {
+TEST_F(ModbusChamber, ReportsMismatchWhenStepOfOneCountIsIgnored) {
   connect();
   registers->ignore_writes();
   EXPECT_EQ(chamber->send_set_point({20.1}).error().kind, FaultKind::mismatch);
@@ -166,7 +166,7 @@ TEST_F(ModbusChamber, ReturnsFaultOfLine) {
   EXPECT_TRUE(chamber->read());
 }
 
-TEST_F(ModbusChamber, ALateAcknowledgementIsAFaultAlthoughTheWriteWasCarriedOut) {
+TEST_F(ModbusChamber, ReportsFaultWhenAcknowledgementOfWriteIsLate) {
   connect();
   registers->answer_late();
   EXPECT_EQ(chamber->send_set_point({10}).error().kind, FaultKind::timeout);

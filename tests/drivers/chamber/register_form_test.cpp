@@ -43,7 +43,7 @@ std::string mistakes(const std::string& more, const std::string& head = "") {
 }
 std::string item(const std::string& rest) { return "[[register]]\nname = \"x\"\naddress = 7\n" + rest; }
 
-TEST(RegisterForm, ABitFieldIsPartOfARegister) {
+TEST(RegisterForm, ReadsBitFieldFromPartOfRegister) {
   const auto map = good(item("type = \"bits\"\nbit = 8\nwidth = 8\n"));
   EXPECT_EQ(decode(*map.find("x"), Words{0x1E05}).value(), 0x1E);
   EXPECT_EQ(encode(*map.find("x"), 30), Words{0x1E00});
@@ -84,7 +84,7 @@ TEST(RegisterForm, UsesDecimalsAndUnitOfController) {
   EXPECT_NEAR(decode(apply_context(x, {.decimals = 1, .fahrenheit = true}), Words{680}).value(), 20, 1e-9);
 }
 
-TEST(RegisterForm, ASentinelOrAValueThatCannotBeIsAFaultWithItsName) {
+TEST(RegisterForm, NamesFaultOfSentinelAndImpossibleValue) {
   const auto map =
       good(item("type = \"s16\"\nscale = 0.01\nsentinels = { empty = -20000 }\nlowest = -150\nhighest = 250\n"));
   const auto& x = *map.find("x");
@@ -154,7 +154,7 @@ TEST(RegisterForm, SeveralCodesMayMeanTheSame) {
   EXPECT_EQ(meaning(x, 1457), "active");
 }
 
-TEST(RegisterMap, AnAddressIsTheOneOfTheFileLessItsBase) {
+TEST(RegisterMap, SubtractsBaseFromAddressOfFile) {
   const auto map = good(item("type = \"u16\"\n"), "[link]\naddress_base = 1\n");
   EXPECT_EQ(map.find("x")->address, 6);
   EXPECT_NE(

@@ -115,7 +115,7 @@ TEST(RegisterMap, WhereTheUnitOfTheSetPointIsAskedForThatOfTheProgramIsToo) {
   EXPECT_EQ(asked, 5) << "target and band of the two F4T maps, target of the F4";
 }
 
-TEST(RegisterMap, TheUserOverridesTheDefaultWordOrder) {
+TEST(RegisterMap, LetsUserOverrideDefaultWordOrder) {
   const auto map = parse_register_map(content(kChambers / "watlow_f4t.toml"), "watlow_f4t.toml", WordOrder::abcd);
   ASSERT_TRUE(map) << text(map.error());
   EXPECT_EQ(encode(*map->find("set_point"), -40.25), (Words{0xC221, 0x0000}));

@@ -59,7 +59,7 @@ TEST(FrameDecoder, AcceptsBytesInPieces) {
   expect_same(decoder.take(), frame(1, 2, 3));
 }
 
-TEST(FrameDecoder, AFrameWithAnyFalseBitIsRejected) {
+TEST(FrameDecoder, RejectsFrameWithAnyFalseBit) {
   const auto bytes = encode_frame(virtual_gyro_frame(), frame(1, 2, 3));
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     auto falsified = bytes;

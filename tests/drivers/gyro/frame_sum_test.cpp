@@ -39,7 +39,7 @@ double arcsec_of(const FrameFormat& format, const std::vector<GyroFrame>& frames
   return static_cast<double>(sum.counts(tally, tally.interval).at(0)) * arcsec_per_count(format, 0).value();
 }
 
-TEST(FrameSum, ARateIsItsMeanOverTheMeasuredInterval) {
+TEST(FrameSum, AveragesRateOverMeasuredInterval) {
   const auto format = format_with("role = \"rate\"\ntype = \"f32\"\nunit = \"deg/h\"");
   // 10 °/h and 20 °/h over half a second: 15 arcsec/s * 0.5 s. The first frame's rate belongs to the time before.
   EXPECT_NEAR(arcsec_of(format, {read_as(99, 0), read_as(10, 250), read_as(20, 500)}), 7.5, 1e-6);
@@ -51,7 +51,7 @@ TEST(FrameSum, RealIncrementsAreSummed) {
   EXPECT_NEAR(arcsec_of(format, frames), 15.041067, 1e-5) << "a second of the Earth's rate";
 }
 
-TEST(FrameSum, AnIntegratedAngleMayWrapEitherWay) {
+TEST(FrameSum, UnwrapsIntegratedAngleInBothDirections) {
   const auto format = format_with("role = \"integrated_angle\"\ntype = \"f64\"\nunit = \"deg\"\nwraps_at = 360");
   const auto turned = [&](double from, double to) { return arcsec_of(format, {read_as(from), read_as(to)}); };
   EXPECT_NEAR(turned(359.999, 0.001), 7.2, 2e-6);
@@ -329,7 +329,7 @@ TEST(FrameMeans, AreNanForMissingValues) {
   EXPECT_EQ(none[2], 0);
 }
 
-TEST(FrameMeans, AnInvalidFrameIsCountedAsFlaggedButNotAveraged) {
+TEST(FrameMeans, CountsInvalidFrameWithoutAveragingIt) {
   const auto means = means_over({{.values = {20, 1}},
                                  {.good = false, .flagged = true, .values = {99, 99}},
                                  {.flagged = true, .values = {22, 3}},
@@ -344,7 +344,7 @@ TEST(FrameMeans, BeginEmpty) {
   EXPECT_EQ(means.values(), (std::vector<double>{10, 2, 1, 0}));
 }
 
-TEST(FrameMeans, AFormatWithoutHousekeepingHasNone) {
+TEST(FrameMeans, HasNoValuesWhenFormatHasNoHousekeeping) {
   FrameMeans means(virtual_gyro_frame());
   means.add({.axes = {{.pulses = 1}}, .flagged = true});
   EXPECT_TRUE(means.values().empty());

@@ -101,7 +101,7 @@ TEST_F(FramedGyro, FramesMayComeByteByByte) {
   expect_second();
 }
 
-TEST_F(FramedGyro, ABacklogIsCountedWhole) {
+TEST_F(FramedGyro, CountsWholeBacklog) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   send(1000);
@@ -183,7 +183,7 @@ TEST_F(FramedGyro, TimesOutWhenSilentAndRestarts) {
   expect_second();
 }
 
-TEST_F(FramedGyro, AShortSecondHasItsExactInterval) {
+TEST_F(FramedGyro, StatesExactIntervalOfShortSecond) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   send(6);
@@ -192,7 +192,7 @@ TEST_F(FramedGyro, AShortSecondHasItsExactInterval) {
   EXPECT_EQ(count.interval, milliseconds(600));
 }
 
-TEST_F(FramedGyro, ABrokenLineIsItsOwnFault) {
+TEST_F(FramedGyro, ReportsBrokenLineAsOwnFault) {
   line->disconnect();
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::disconnected);
 }
@@ -264,7 +264,7 @@ class FramedGyroByTheHost : public OnFakeStream {
   }
 };
 
-TEST_F(FramedGyroByTheHost, ALateSecondIsLongerAndTheNextShorter) {
+TEST_F(FramedGyroByTheHost, LengthensLateSecondAndShortensNext) {
   run_in();
   pass(milliseconds(3510), 351);
   expect(351, milliseconds(3510));
@@ -553,7 +553,7 @@ TEST_F(FramedTriad, ReturnsNanForMissingValue) {
   EXPECT_TRUE(std::isnan(count->values[1]));
 }
 
-TEST_F(FramedTriad, ASecondWithLostOrBadFramesFailsForAll) {
+TEST_F(FramedTriad, FailsAllAxesWhenSecondHasLostOrBadFrames) {
   tell(1, {});
   ASSERT_TRUE(gyro->wait_for_origin());
   tell(5, {.temperature = 99});

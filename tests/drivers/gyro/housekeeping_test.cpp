@@ -323,7 +323,7 @@ std::string mistakes_of(const std::string& fields) {
   return verdict ? "" : text(verdict.error());
 }
 
-TEST(GyroHousekeeping, AValueWithAUnitIsKeptByItsName) {
+TEST(GyroHousekeeping, KeepsValueWithUnitByName) {
   const auto format =
       frame_format_of((std::string(kHead) + kGyro + value_field("name = \"discharge_current_a\"\nunit = \"mA\"\n") +
                        value_field("name = \"version\"\n"))
@@ -376,7 +376,7 @@ TEST(GyroHousekeeping, ReportsEachErrorOfConditions) {
   EXPECT_NE(mistakes_of(kGyro + when("0x40") + when("0x40")).find("2 fields have the name \"a\""), std::string::npos);
 }
 
-TEST(GyroHousekeeping, ADescriptionWithoutTheAxisIsRefused) {
+TEST(GyroHousekeeping, RefusesDescriptionWithoutAxis) {
   const auto stream = tests::shipped_stream("kvh-17xx-a");
   const auto refused = [&](const std::vector<std::string>& axes) {
     const auto parsed = parse_gyro_stream(stream.text, "g.toml", axes);
@@ -392,7 +392,7 @@ TEST(GyroHousekeeping, ADescriptionWithoutTheAxisIsRefused) {
 }
 
 /// An axis in two messages must have the same meaning in both.
-TEST(GyroHousekeeping, AnAxisMeansTheSameInEveryMessage) {
+TEST(GyroHousekeeping, NamesSameAxisInEveryMessage) {
   const auto mistakes = [](const char* unit, const char* axis) {
     const auto file = TomlTable::parse(
         fmt::format("[frame]\nname = \"f\"\nsync = [1]\n[frame.id]\noffset = 1\n[[frame.message]]\nid = 1\nlength = 8\n"

@@ -8,7 +8,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-TEST(LineAddress, ATcpLineIsNumericSoThatNoNameIsLookedUp) {
+TEST(LineAddress, AcceptsNumericTcpAddressOnly) {
   const auto full = std::get<TcpLine>(parse_line("tcp://10.0.0.7:5020").value());
   EXPECT_EQ(full.host, "10.0.0.7");
   EXPECT_EQ(full.port, 5020);
@@ -39,7 +39,7 @@ TEST(LineAddress, SuggestsIntendedAddress) {
     EXPECT_NE(why(other).find("the host is not a numeric IPv4 address"), std::string::npos) << why(other);
 }
 
-TEST(LineAddress, ASerialLineMayHaveAHandshake) {
+TEST(LineAddress, AcceptsHandshakeOfSerialLine) {
   const auto format = std::get<SerialLine>(parse_line("serial:/dev/ttyS0?4800,7E1,rtscts").value()).format.value();
   EXPECT_TRUE(format.rtscts);
   EXPECT_EQ(format.parity, SerialParity::even);
@@ -64,7 +64,7 @@ TEST(LineAddress, AcceptsSerialFormat) {
     EXPECT_EQ(parse_line(wrong).error().kind, FaultKind::bad_file) << wrong;
 }
 
-TEST(LineAddress, AnUnknownBaudRateIsRefused) {
+TEST(LineAddress, RefusesUnknownBaudRate) {
   for (const char* wrong : {"110,8N1", "9601,8N1", "1000000000000,8N1", "-9600,8N1", "9600.0,8N1"})
     EXPECT_NE(parse_serial_format(wrong).error().what.find("baud rate is unknown"), std::string::npos) << wrong;
 }
@@ -83,7 +83,7 @@ TEST(LineAddress, BytesAreCarriedByTcpAndSerialLines) {
   EXPECT_FALSE(is_byte_line(parse_line("virtual").value()));
 }
 
-TEST(SerialFormat, ACharacterHasAStartBitItsDataParityAndStopBits) {
+TEST(SerialFormat, CountsStartDataParityAndStopBits) {
   using std::chrono::microseconds;
   EXPECT_EQ(character_time({10000, 8, SerialParity::none, 1}), microseconds(1000));
   EXPECT_EQ(character_time({10000, 7, SerialParity::odd, 1}), microseconds(1000));

@@ -71,14 +71,14 @@ TEST(ModbusFrame, RefusesReplyWithAnyFalsifiedField) {
   expect_every_falsified_field_corrupted(kWriteTwo, encode_reply(kWriteTwo, {}), 12);
 }
 
-TEST(ModbusFrame, ACorruptedReplyNamesTheField) {
+TEST(ModbusFrame, NamesFieldOfCorruptedReply) {
   auto reply = encode_reply(kRead, Words{1, 2});
   reply[6] = std::byte{2};
   EXPECT_EQ(decode_reply(kRead, reply).error().what,
             "unit of the reply is 2, expected 1, or returns_other_unit = true in the link table of the rig file");
 }
 
-TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {
+TEST(ModbusFrame, RejectsReplyOfAnyOtherLength) {
   for (const auto& request : {kRead, kWriteOne, kWriteTwo}) {
     const auto reply = encode_reply(request, request.words.empty() ? Words{1, 2} : Words{});
     for (std::size_t size = 0; size < reply.size() + 4; ++size) {
@@ -112,7 +112,7 @@ TEST(ModbusFrame, ComparesOtherFieldsOfMiscountedReply) {
             "length of the reply is 11, expected 7");
 }
 
-TEST(ModbusFrame, AnExceptionIsRefusedAndNamed) {
+TEST(ModbusFrame, NamesExceptionOfUnit) {
   const auto reply = encode_exception(encode_request(kRead), 2);
   EXPECT_EQ(reply, hex("00 00 00 00 00 03 01 83 02"));
   const auto words = decode_reply(kRead, reply);
@@ -121,7 +121,7 @@ TEST(ModbusFrame, AnExceptionIsRefusedAndNamed) {
   EXPECT_EQ(words.error().what, "exception 2, illegal data address");
 }
 
-TEST(ModbusFrame, AnExceptionToAnotherFunctionIsCorrupted) {
+TEST(ModbusFrame, RejectsExceptionToOtherFunction) {
   EXPECT_EQ(decode_reply(kRead, hex("00 00 00 00 00 03 01 90 02")).error().kind, FaultKind::corrupted);
 }
 

@@ -89,7 +89,7 @@ TEST(ModbusRtuFrame, AddressesUnitZeroOfTt5166) {
   expect_golden({switch_of(0, 1), "00 05 00 01 FF 00 DC 2B", "00 05 00 01 FF 00 DC 2B", {}});
 }
 
-TEST(ModbusRtuFrame, ALoopBackReturnsItsNumber) {
+TEST(ModbusRtuFrame, EchoesNumberOfLoopBack) {
   const ModbusRequest loop{.unit = 1, .function = loop_back, .count = 1, .words = {0xA537}};
   const auto frame = encode_rtu_request(loop);
   EXPECT_EQ(tests::format_hex(std::span(frame).first(6)), "01 08 00 00 A5 37");
@@ -110,7 +110,7 @@ TEST(ModbusRtuFrame, ReadsBitsFromTheLowestUp) {
   EXPECT_EQ(encode_rtu_reply(coils, bits), reply);
 }
 
-TEST(ModbusRtuFrame, AnExceptionIsAnAnswer) {
+TEST(ModbusRtuFrame, AcceptsExceptionAsAnswer) {
   const auto asked = read_of(7, 100, 1);
   const auto reply = encode_rtu_exception(encode_rtu_request(asked), 2);
   EXPECT_EQ(tests::format_hex(std::span(reply).first(3)), "07 83 02");
@@ -119,7 +119,7 @@ TEST(ModbusRtuFrame, AnExceptionIsAnAnswer) {
   EXPECT_EQ(rtu_answer_size(asked, std::span(reply).first(2))->value(), 5u);
 }
 
-TEST(ModbusRtuFrame, AReadByThreeIsAnsweredByFourOnlyWhereTheUnitDoesSo) {
+TEST(ModbusRtuFrame, AcceptsFunctionFourForThreeOnlyIfUnitDoesSo) {
   auto asked = read_of(1, 0, 1);
   auto by_four = asked;
   by_four.function = read_input;

@@ -118,7 +118,7 @@ TEST_F(ModbusRtu, TwoEqualAnswersToAFirstWriteAreAnEchoAndAnAnswer) {
   EXPECT_EQ(registers->write(WriteFunction::one_register, 1, Words{1}).error().kind, FaultKind::corrupted);
 }
 
-TEST_F(ModbusRtu, AnEchoOfAnotherRegisterIsCorrupted) {
+TEST_F(ModbusRtu, RejectsEchoOfOtherRegister) {
   unit = [this](int, ModbusRequest request, const Bytes&) {
     ++request.address;
     line->arrive(kSoon, good(request));
@@ -139,7 +139,7 @@ TEST_F(ModbusRtu, RejectsEchoAsAnswer) {
             "file");
 }
 
-TEST_F(ModbusRtu, ASilentUnitIsATimeoutWithinTheLimit) {
+TEST_F(ModbusRtu, TimesOutWithinLimitWhenUnitIsSilent) {
   unit = [](int, const ModbusRequest&, const Bytes&) {};
   const auto began = now();
   const auto words = registers->read(kHolding, 2782, 2);
@@ -149,7 +149,7 @@ TEST_F(ModbusRtu, ASilentUnitIsATimeoutWithinTheLimit) {
   EXPECT_LE(now() - began, milliseconds(1500));
 }
 
-TEST_F(ModbusRtu, ALineThatNeverFallsSilentEndsWithinTheLimit) {
+TEST_F(ModbusRtu, EndsWithinLimitWhenLineNeverFallsSilent) {
   for (int i = 0; i < 400; ++i) line->arrive(milliseconds(10 * i), {std::byte{0x55}});
   const auto began = now();
   EXPECT_EQ(registers->read(kHolding, 1, 1).error().kind, FaultKind::corrupted);
@@ -157,7 +157,7 @@ TEST_F(ModbusRtu, ALineThatNeverFallsSilentEndsWithinTheLimit) {
   EXPECT_LE(now() - began, milliseconds(1500));
 }
 
-TEST_F(ModbusRtu, AFailedWriteIsNotRepeated) {
+TEST_F(ModbusRtu, DoesNotRepeatFailedWrite) {
   unit = [](int, const ModbusRequest&, const Bytes&) {};
   EXPECT_EQ(registers->write(WriteFunction::registers, 2782, Words{1, 2}).error().kind, FaultKind::timeout);
   EXPECT_EQ(requests(), 1u);

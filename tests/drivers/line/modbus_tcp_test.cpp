@@ -149,7 +149,7 @@ TEST(ModbusTcp, NeverAcceptsLateReplyForNextRequest) {
   EXPECT_EQ(client->read(kHolding, 62, 1).value(), Words{62});
 }
 
-TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
+TEST(ModbusTcp, TimesOutWithinLimitWhenUnitIsSilent) {
   Unit unit([](int, const auto&, auto) { return Answer{}; });
   const auto client = unit.client();
   const Deadline soon(milliseconds(900));
@@ -231,7 +231,7 @@ TEST(ModbusTcp, ToleratesDeviationOnlyIfLinkPermits) {
   }
 }
 
-TEST(ModbusTcp, AToleratedReplyHasEveryOtherFieldCompared) {
+TEST(ModbusTcp, ComparesOtherFieldsOfToleratedReply) {
   for (const std::size_t at : {std::size_t{2}, std::size_t{5}, std::size_t{6}, std::size_t{7}, std::size_t{8}}) {
     const DeviatingUnit unit([at](auto& reply) {
       reply[0] = reply[1] = std::byte{0};
@@ -249,14 +249,14 @@ TEST(ModbusTcp, RetriesReadAfterReset) {
   EXPECT_EQ(unit.connections(), 2);
 }
 
-TEST(ModbusTcp, AFailedWriteIsNotRepeated) {
+TEST(ModbusTcp, DoesNotRepeatFailedWrite) {
   Unit unit([](int, const auto&, auto) { return Answer{}; });
   const auto client = unit.client();
   EXPECT_EQ(client->write(WriteFunction::registers, 2782, Words{1, 2}).error().kind, FaultKind::timeout);
   EXPECT_EQ(unit.requests(), 1);
 }
 
-TEST(ModbusTcp, AnEchoOfAnotherRegisterIsCorrupted) {
+TEST(ModbusTcp, RejectsEchoOfOtherRegister) {
   Unit unit([](int, auto request, auto) {
     request.address = static_cast<std::uint16_t>(request.address + 1);
     return Answer{good(request)};
@@ -264,7 +264,7 @@ TEST(ModbusTcp, AnEchoOfAnotherRegisterIsCorrupted) {
   EXPECT_EQ(unit.client()->write(WriteFunction::registers, 2782, Words{1, 2}).error().kind, FaultKind::corrupted);
 }
 
-TEST(ModbusTcp, AnExceptionIsNamedAndKeepsTheConnection) {
+TEST(ModbusTcp, KeepsConnectionAfterNamedException) {
   Unit unit([](int number, const auto& request, auto frame) {
     return Answer{number == 0 ? encode_exception(frame, 2) : good(request)};
   });

@@ -104,7 +104,7 @@ TEST(ProcessStream, RestartsProgramAndRestsAfterSecondEnd) {
   EXPECT_LE(count, 4) << "it is not started again and again";
 }
 
-TEST(ProcessStream, AMissingProgramIsNamed) {
+TEST(ProcessStream, NamesMissingProgram) {
   ProcessStream line({.words = {"./no-such-program"}});
   const auto none = hear(line);
   EXPECT_EQ(text(none.error()), "./no-such-program: cannot be run: No such file or directory");
@@ -129,7 +129,7 @@ TEST(ProcessStream, DrainsErrorOutput) {
   EXPECT_EQ(hear(line).value(), "done\n");
 }
 
-TEST(ProcessStream, AProgramMayEndByItself) {
+TEST(ProcessStream, AcceptsProgramThatEndsByItself) {
   const tests::TestFolder folder;
   const auto last = folder / "last";
   {
@@ -165,7 +165,7 @@ TEST(ProcessStream, KillsChildrenOfEndedProgram) {
   EXPECT_TRUE(is_gone(number_in(file))) << "although it holds the line open";
 }
 
-TEST(ProcessStream, AStoppedProgramIsKilledToo) {
+TEST(ProcessStream, KillsStoppedProgram) {
   const tests::TestFolder folder;
   const auto file = folder / "self";
   {

@@ -52,7 +52,7 @@ TEST(SerialStream, CarriesEveryByteBothWays) {
   EXPECT_EQ(pair.hear(), all);
 }
 
-TEST(SerialStream, ASilentPeerIsATimeoutAndNotAnEnd) {
+TEST(SerialStream, TimesOutWithoutEndWhenPeerIsSilent) {
   const PseudoTerminal pair;
   const auto stream = opened(pair.device());
   EXPECT_EQ(read_text(*stream, kSoon).error().kind, FaultKind::timeout);
@@ -69,7 +69,7 @@ TEST(SerialStream, DiscardsBytesReceivedBeforeOpening) {
   EXPECT_EQ(read_text(*stream, kPatient).value(), "fresh");
 }
 
-TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
+TEST(SerialStream, DisconnectsAtOnceWhenUnplugged) {
   PseudoTerminal pair;
   const auto stream = opened(pair.device());
   pair.unplug();
@@ -82,7 +82,7 @@ TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
   EXPECT_FALSE(soon.has_passed());
 }
 
-TEST(SerialStream, AWriteToAnUnpluggedLineIsDisconnected) {
+TEST(SerialStream, ReportsDisconnectionWhenWritingToUnpluggedLine) {
   PseudoTerminal pair;
   const auto stream = opened(pair.device());
   pair.unplug();
@@ -121,7 +121,7 @@ TEST(SerialStream, RespectsLockOfAnotherProgram) {
   EXPECT_EQ(open_serial_port(pair.device(), {}).error().what, "in use by another program");
 }
 
-TEST(SerialStream, ASignalDoesNotEndAWait) {
+TEST(SerialStream, KeepsWaitingAfterSignal) {
   struct sigaction notice {
   }, before{};
   notice.sa_handler = [](int) {};
@@ -137,14 +137,14 @@ TEST(SerialStream, ASignalDoesNotEndAWait) {
   sigaction(SIGALRM, &before, nullptr);
 }
 
-TEST(SerialStream, APeerThatDoesNotReadIsATimeout) {
+TEST(SerialStream, TimesOutWhenPeerDoesNotRead) {
   const PseudoTerminal pair;
   const auto stream = opened(pair.device());
   const std::vector<std::byte> much(1 << 20);
   EXPECT_EQ(stream->write(much, kSoon).error().kind, FaultKind::timeout);
 }
 
-TEST(SerialStream, ANumberThatDependsOnTheOrderOfPluggingIsNoStableName) {
+TEST(SerialStream, DoesNotTakePluggingOrderForStableName) {
   for (const auto* device : {"/dev/ttyUSB0", "/dev/ttyUSB12", "/dev/ttyACM1"})
     EXPECT_TRUE(has_unstable_name(device)) << device;
   for (const auto* device : {"/dev/ttyS0", "/dev/serial/by-id/usb-FTDI-if00-port0", "/dev/serial/by-path/pci-1",

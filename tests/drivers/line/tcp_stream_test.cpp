@@ -33,7 +33,7 @@ TEST(TcpStream, CarriesBytesBothWays) {
   EXPECT_EQ(server.connections(), 1);
 }
 
-TEST(TcpStream, ASilentPeerIsATimeoutAndNotAnEnd) {
+TEST(TcpStream, TimesOutWithoutEndWhenPeerIsSilent) {
   const LoopbackServer server([](auto request) { return request.size() == 1 ? Answer{} : echo(request); });
   const auto stream = make_tcp_stream(server.address(), kPatient);
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().kind, FaultKind::timeout);
@@ -41,7 +41,7 @@ TEST(TcpStream, ASilentPeerIsATimeoutAndNotAnEnd) {
   EXPECT_EQ(server.connections(), 1);
 }
 
-TEST(TcpStream, ASignalDoesNotEndAWait) {
+TEST(TcpStream, KeepsWaitingAfterSignal) {
   struct sigaction notice {
   }, before{};
   notice.sa_handler = [](int) {};

@@ -285,7 +285,7 @@ TEST(TextExchange, RejectsTwoAnswers) {
   EXPECT_EQ(exchange.query("?").value(), "new");
 }
 
-TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
+TEST(TextExchange, RejectsLineThatNeverFallsSilent) {
   class Chatter final : public ByteStream {
     Result<std::size_t> read(std::span<std::byte> buffer, Duration) override { return buffer.size(); }
     Result<void> write(std::span<const std::byte>, Duration) override { return {}; }

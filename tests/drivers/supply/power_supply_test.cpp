@@ -200,7 +200,7 @@ TEST_F(TextSupplyTest, AnotherInstrumentIsNeverSwitched) {
   EXPECT_EQ(commands(), std::vector<std::string>{});
 }
 
-TEST_F(TextSupplyTest, ACommaIsNoDecimalMark) {
+TEST_F(TextSupplyTest, RejectsCommaAsDecimalMark) {
   instrument.has_comma = true;
   const auto readings = switch_to(PowerDemand::on);
   EXPECT_EQ(readings.outputs.at(0).error().kind, FaultKind::corrupted);
@@ -208,7 +208,7 @@ TEST_F(TextSupplyTest, ACommaIsNoDecimalMark) {
   EXPECT_FALSE(instrument.is_on);
 }
 
-TEST_F(TextSupplyTest, ALateAnswerIsNeverAccepted) {
+TEST_F(TextSupplyTest, RejectsLateAnswer) {
   (void)switch_to(PowerDemand::on);
   line->answer_late();
   for (int i = 0; i < 5; ++i) {
@@ -219,7 +219,7 @@ TEST_F(TextSupplyTest, ALateAnswerIsNeverAccepted) {
   line->recover();
 }
 
-TEST_F(TextSupplyTest, ASilentSupplyKeepsItsDemand) {
+TEST_F(TextSupplyTest, KeepsDemandWhenSupplyIsSilent) {
   line->fall_silent();
   auto readings = switch_to(PowerDemand::on);
   EXPECT_EQ(readings.outputs.at(0).error().kind, FaultKind::timeout);

@@ -28,7 +28,7 @@ TEST(DconCodec, SealsWithTheSumOfTheCharacters) {
   EXPECT_EQ(seal_dcon("$012", DconChecksum::off), "$012");
 }
 
-TEST(DconCodec, AWrongChecksumIsCorrupted) {
+TEST(DconCodec, RejectsWrongChecksum) {
   EXPECT_EQ(unseal_dcon("!01200600AA", DconChecksum::on).value(), "!01200600");
   EXPECT_EQ(unseal_dcon("!01200600", DconChecksum::off).value(), "!01200600");
   for (const char* wrong : {"", "A", "!01200600", "!01200600AB", "!01200600aa", "!01200601AA", "!01200600AA "})
@@ -85,7 +85,7 @@ TEST(DconCodec, DoesNotDecodeUnexpectedChecksumAsDecimals) {
   }
 }
 
-TEST(DconCodec, ARefusalNamesItsModule) {
+TEST(DconCodec, NamesModuleOfRefusal) {
   EXPECT_EQ(decode_dcon_readings("?04", 4, kEight).error().kind, FaultKind::refused);
   EXPECT_EQ(decode_dcon_answer("?02", 2).error().kind, FaultKind::refused);
 }

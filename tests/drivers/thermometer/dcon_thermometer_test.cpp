@@ -83,7 +83,7 @@ TEST_F(DconThermometer, AddsChecksumIfModuleDoes) {
   EXPECT_EQ(line->heard.back(), "#0487\r");  // 23 + 30 + 34 = 87, hexadecimal
 }
 
-TEST_F(DconThermometer, AChecksumThatIsSetOtherwiseNeverYieldsAReading) {
+TEST_F(DconThermometer, YieldsNoReadingWhenChecksumSettingDiffers) {
   module.checksum = DconChecksum::on;
   expect_all(FaultKind::timeout);
   module.checksum = DconChecksum::off;
@@ -91,7 +91,7 @@ TEST_F(DconThermometer, AChecksumThatIsSetOtherwiseNeverYieldsAReading) {
   for (const auto& reading : bank->read()) EXPECT_FALSE(reading);
 }
 
-TEST_F(DconThermometer, AWrongAddressIsATimeout) {
+TEST_F(DconThermometer, TimesOutAtWrongAddress) {
   module.address = 5;
   expect_all(FaultKind::timeout);
 }
@@ -104,7 +104,7 @@ TEST_F(DconThermometer, PercentOrHexadecimalReadingsAreAMismatch) {
   }
 }
 
-TEST_F(DconThermometer, AnInputForVoltagesIsAMismatch) {
+TEST_F(DconThermometer, ReportsMismatchOfVoltageInput) {
   module.configuration = "050600";
   EXPECT_EQ(text(bank->identify().error()), "bank: set to type 05, expected thermocouple J, K, T or E (0E to 11)");
   expect_all(FaultKind::mismatch);
@@ -121,7 +121,7 @@ TEST_F(DconThermometer, InputsMayHaveATypeEach) {
   EXPECT_EQ(bank->identify().error().where, "bank input 5");
 }
 
-TEST_F(DconThermometer, AnExchangedModuleIsAskedAgain) {
+TEST_F(DconThermometer, ReportsMismatchAfterModuleIsExchanged) {
   EXPECT_TRUE(bank->read()[0]);
   line->fall_silent();
   expect_all(FaultKind::timeout);
@@ -130,12 +130,12 @@ TEST_F(DconThermometer, AnExchangedModuleIsAskedAgain) {
   expect_all(FaultKind::mismatch);
 }
 
-TEST_F(DconThermometer, AnAnswerMayComeByteByByte) {
+TEST_F(DconThermometer, AcceptsAnswerByteByByte) {
   line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(DconThermometer, ALateAnswerIsNotTakenForTheNext) {
+TEST_F(DconThermometer, DoesNotTakeLateAnswerForNext) {
   ASSERT_TRUE(bank->identify());
   line->answer_late();
   expect_all(FaultKind::timeout);
@@ -144,14 +144,14 @@ TEST_F(DconThermometer, ALateAnswerIsNotTakenForTheNext) {
   EXPECT_EQ(bank->read()[0].value(), Celsius{5.123});
 }
 
-TEST_F(DconThermometer, AGarbledAnswerIsNoReading) {
+TEST_F(DconThermometer, YieldsNoReadingFromGarbledAnswer) {
   line->garble();
   for (const auto& reading : bank->read()) EXPECT_FALSE(reading);
   line->recover();
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(DconThermometer, ABrokenLineNamesTheInstrument) {
+TEST_F(DconThermometer, NamesInstrumentOfBrokenLine) {
   line->disconnect();
   expect_all(FaultKind::disconnected);
   EXPECT_EQ(bank->read()[3].error().where, "bank fake");

@@ -100,7 +100,7 @@ TEST_F(Lakeshore218, ReadsAllInputsWithOneQuery) {
   EXPECT_EQ(line->heard.size(), 1u);
 }
 
-TEST_F(Lakeshore218, AReplyMayComeByteByByte) {
+TEST_F(Lakeshore218, AcceptsReplyByteByByte) {
   line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[7]);
 }
@@ -117,7 +117,7 @@ TEST_F(Lakeshore218, ReportsTimeoutForEveryInput) {
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(Lakeshore218, ALateReplyIsNotTakenForTheNext) {
+TEST_F(Lakeshore218, DoesNotTakeLateReplyForNext) {
   line->answer_late();
   expect_all(bank->read(), FaultKind::timeout);
   line->recover();
@@ -134,7 +134,7 @@ TEST_F(Lakeshore218, EndsExchangeWithinLimit) {
   EXPECT_LE(3 * Lakeshore218Timing{}.within, std::chrono::milliseconds(1500));
 }
 
-TEST_F(Lakeshore218, AGarbledReplyIsCorruptedOrMissing) {
+TEST_F(Lakeshore218, YieldsNoReadingFromGarbledReply) {
   line->garble();
   const auto readings = bank->read();
   for (const auto& reading : readings) EXPECT_FALSE(reading);
@@ -142,12 +142,12 @@ TEST_F(Lakeshore218, AGarbledReplyIsCorruptedOrMissing) {
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(Lakeshore218, ALineWithoutAnEndIsCorrupted) {
+TEST_F(Lakeshore218, RejectsLineWithoutEnd) {
   line->instrument = [](std::string_view) { return std::string(1000, '+'); };
   expect_all(bank->read(), FaultKind::corrupted);
 }
 
-TEST_F(Lakeshore218, ABrokenLineNamesTheInstrument) {
+TEST_F(Lakeshore218, NamesInstrumentOfBrokenLine) {
   line->disconnect();
   expect_all(bank->read(), FaultKind::disconnected);
   EXPECT_EQ(bank->read()[3].error().where, "bank fake");

@@ -28,7 +28,7 @@ TEST(MccUsbTempCodec, AsksAsTheVendorsLibraryDoes) {
   EXPECT_EQ(sent(mcc_read_item(2, MccItem::sensor)), "4A 01 00");
 }
 
-TEST(MccUsbTempCodec, AnItemOfAnOddInputIsTheNextOne) {
+TEST(MccUsbTempCodec, AddressesItemOfOddInputAsNextOne) {
   EXPECT_EQ(sent(mcc_read_item(3, MccItem::thermocouple)), "4A 01 11");
   EXPECT_EQ(sent(mcc_read_item(7, MccItem::coefficient_3)), "4A 03 1B");
   EXPECT_EQ(sent(mcc_read_item(3, MccItem::filter)), "4A 01 02");
@@ -73,7 +73,7 @@ TEST(MccUsbTempCodec, SpecialValuesAreNotTemperatures) {
   EXPECT_EQ(decode_mcc_temperatures(mcc_read_input(0), report).value()[0].error().what, "open thermocouple (-8888.25)");
 }
 
-TEST(MccUsbTempCodec, AReadingOutsideItsSensorsRangeIsAFaultInItsPlace) {
+TEST(MccUsbTempCodec, ReportsFaultOfReadingOutsideSensorRange) {
   MccRanges ranges = mcc_max_ranges();
   ranges[1] = mcc_range(MccThermocouple{MccThermocoupleType::t});
   const std::array numbers{401.f, 401.f, -271.f, std::numeric_limits<float>::quiet_NaN(), 1e30f, -274.f};
@@ -85,7 +85,7 @@ TEST(MccUsbTempCodec, AReadingOutsideItsSensorsRangeIsAFaultInItsPlace) {
   for (const auto input : {3, 4, 5}) EXPECT_EQ(readings[input].error().kind, FaultKind::out_of_range) << input;
 }
 
-TEST(MccUsbTempCodec, AScanThatStartsLaterNamesItsOwnInputs) {
+TEST(MccUsbTempCodec, NamesInputsOfScanThatStartsLater) {
   const std::array numbers{20.f, kMccOpen};
   const auto readings = decode_mcc_temperatures(mcc_scan(6, 7), encode_mcc_numbers(MccCommand::scan, numbers)).value();
   EXPECT_EQ(readings[1].error().where, "input 7");
@@ -167,13 +167,13 @@ TEST(MccUsbTempCodec, WhatEncodesDecodesToTheSame) {
   }
 }
 
-TEST(MccUsbTempSetup, AThermocoupleIsItsTypeWithoutExcitation) {
+TEST(MccUsbTempSetup, DescribesThermocoupleWithoutExcitation) {
   std::string all;
   for (const auto& request : mcc_setup(3, MccThermocouple{MccThermocoupleType::t})) all += sent(request) + "; ";
   EXPECT_EQ(all, "49 01 00 02; 49 01 03 00; 49 01 11 02; ");
 }
 
-TEST(MccUsbTempSetup, APlatinumSensorHasItsFourCoefficients) {
+TEST(MccUsbTempSetup, DescribesPlatinumSensorByFourCoefficients) {
   std::string all;
   for (const auto& request : mcc_setup(2, MccRtd{.wires = MccWires::four_wire, .r0_ohm = 100.02f}))
     all += sent(request) + "; ";

@@ -132,7 +132,7 @@ TEST_F(MccUsbTemp, ReportsTimeoutForEveryInput) {
   expect_good();
 }
 
-TEST_F(MccUsbTemp, ALateScanIsNeverTakenForTheNext) {
+TEST_F(MccUsbTemp, DoesNotTakeLateScanForNext) {
   expect_good();
   device->answer_late();
   expect_all(FaultKind::timeout);
@@ -147,7 +147,7 @@ TEST_F(MccUsbTemp, DiscardsRepliesToEarlierPrograms) {
   expect_good();
 }
 
-TEST_F(MccUsbTemp, TheShippedUdevRuleNamesEveryModel) {
+TEST_F(MccUsbTemp, ListsEveryModelInUdevRule) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/drivers/60-gyrotherm.rules");
   const std::string rules((std::istreambuf_iterator<char>(file)), {});
   for (const auto& kind : kMccKinds)
@@ -156,7 +156,7 @@ TEST_F(MccUsbTemp, TheShippedUdevRuleNamesEveryModel) {
         << kind.name;
 }
 
-TEST_F(MccUsbTemp, AShortReportIsCorrupted) {
+TEST_F(MccUsbTemp, RejectsShortReport) {
   expect_good();
   device->cut_reports();
   expect_all(FaultKind::corrupted);

@@ -81,12 +81,12 @@ TEST_F(ProcessThermometerTest, GreetsOnceAndAsksEachSecond) {
   EXPECT_EQ(bank->identify().value(), "Acme T-2 0815");
 }
 
-TEST_F(ProcessThermometerTest, AnAnswerMayComeInPieces) {
+TEST_F(ProcessThermometerTest, AcceptsAnswerInPieces) {
   line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[1]);
 }
 
-TEST_F(ProcessThermometerTest, ALateAnswerIsNotTakenForTheNext) {
+TEST_F(ProcessThermometerTest, DoesNotTakeLateAnswerForNext) {
   EXPECT_TRUE(bank->read()[0]);
   line->instrument = [this](std::string_view query) { return "2 99 99\n" + answer(query); };
   EXPECT_EQ(bank->read()[0].value(), Celsius{23.5});
@@ -141,7 +141,7 @@ std::string reading_of(const std::string& script, Duration most = 900ms) {
   return readings[0] ? "good" : name(readings[0].error().kind);
 }
 
-TEST(ProcessThermometerHostile, AGoodProgramIsRead) {
+TEST(ProcessThermometerHostile, ReadsGoodProgram) {
   EXPECT_EQ(reading_of("while read n word; do answer $n $word; done"), "good");
 }
 TEST(ProcessThermometerHostile, OneThatIsSilentIsATimeout) {
@@ -150,13 +150,13 @@ TEST(ProcessThermometerHostile, OneThatIsSilentIsATimeout) {
 TEST(ProcessThermometerHostile, GarbageIsCorrupted) {
   EXPECT_EQ(reading_of("read n word; answer $n $word; head -c 3000 /dev/urandom; echo; sleep 1000"), "corrupted");
 }
-TEST(ProcessThermometerHostile, AnEndlessLineIsCorrupted) {
+TEST(ProcessThermometerHostile, RejectsEndlessLine) {
   EXPECT_EQ(reading_of("read n word; answer $n $word; tr '\\0' x < /dev/zero"), "corrupted");
 }
-TEST(ProcessThermometerHostile, AFloodOfLinesIsCorrupted) {
+TEST(ProcessThermometerHostile, RejectsFloodOfLines) {
   EXPECT_EQ(reading_of("read n word; answer $n $word; yes"), "corrupted");
 }
-TEST(ProcessThermometerHostile, AFloodOfOldAnswersIsCorrupted) {
+TEST(ProcessThermometerHostile, RejectsFloodOfOldAnswers) {
   EXPECT_EQ(reading_of("read n word; answer $n $word; yes '1 1.5 2.5'"), "corrupted");
 }
 TEST(ProcessThermometerHostile, OneThatDiesIsDisconnected) {

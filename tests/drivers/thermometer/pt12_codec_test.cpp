@@ -27,7 +27,7 @@ Result<Celsius> first_reading(const std::string& text) {
   return readings ? readings->front() : failure(readings.error());
 }
 
-TEST(Pt12Codec, AnInputWithoutAProbeIsAFaultInItsPlace) {
+TEST(Pt12Codec, ReportsFaultOfInputWithoutProbe) {
   const auto readings = decode_pt12_temperatures(kSample).value();
   EXPECT_EQ(readings[6].error().kind, FaultKind::out_of_range);
   EXPECT_EQ(text(readings[6].error()), "T7: no probe is connected (NaN)");
@@ -54,7 +54,7 @@ TEST(Pt12Codec, AnythingButTwelveNumbersIsCorrupted) {
     EXPECT_EQ(decode_pt12_temperatures(wrong).error().kind, FaultKind::corrupted) << wrong;
 }
 
-TEST(Pt12Codec, AReadingThatNoPlatinumThermometerHasIsAFault) {
+TEST(Pt12Codec, ReportsFaultOfReadingOutsidePlatinumRange) {
   for (const char* wrong : {"-200.001", "850.001", "1e300", "-1e300"})
     EXPECT_EQ(first_reading(wrong).error().kind, FaultKind::out_of_range) << wrong;
   EXPECT_TRUE(first_reading("-200"));

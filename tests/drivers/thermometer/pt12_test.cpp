@@ -46,7 +46,7 @@ TEST_F(Pt12, ReadsAllInputsWithOneQuestion) {
   EXPECT_EQ(text(readings[2].error()), "bank T3: no probe is connected (NaN)");
 }
 
-TEST_F(Pt12, AnAnswerMayComeByteByByte) {
+TEST_F(Pt12, AcceptsAnswerByteByByte) {
   line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[11]);
 }
@@ -58,7 +58,7 @@ TEST_F(Pt12, ReportsTimeoutForEveryInput) {
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(Pt12, ALateAnswerIsNotTakenForTheNext) {
+TEST_F(Pt12, DoesNotTakeLateAnswerForNext) {
   line->answer_late();
   expect_all(FaultKind::timeout);
   line->recover();
@@ -66,19 +66,19 @@ TEST_F(Pt12, ALateAnswerIsNotTakenForTheNext) {
   EXPECT_EQ(bank->read()[0].value(), Celsius{1.5});
 }
 
-TEST_F(Pt12, AGarbledAnswerIsNoReading) {
+TEST_F(Pt12, YieldsNoReadingFromGarbledAnswer) {
   line->garble();
   for (const auto& reading : bank->read()) EXPECT_FALSE(reading);
   line->recover();
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(Pt12, ALineWithoutAnEndIsCorrupted) {
+TEST_F(Pt12, RejectsLineWithoutEnd) {
   line->instrument = [](std::string_view) { return std::string(1000, '1'); };
   expect_all(FaultKind::corrupted);
 }
 
-TEST_F(Pt12, ABrokenLineNamesTheInstrument) {
+TEST_F(Pt12, NamesInstrumentOfBrokenLine) {
   line->disconnect();
   expect_all(FaultKind::disconnected);
   EXPECT_EQ(bank->read()[3].error().where, "bank fake");

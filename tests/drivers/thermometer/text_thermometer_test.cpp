@@ -118,7 +118,7 @@ TEST_F(TextThermometer, AnotherInstrumentIsAMismatch) {
   EXPECT_EQ(count_heard(kScan), 0);
 }
 
-TEST_F(TextThermometer, AnUnknownCommandOfThePreparationIsAMismatch) {
+TEST_F(TextThermometer, ReportsMismatchOfUnknownPreparationCommand) {
   instrument.unknown = {"UNIT:TEMP C,(@101:108)"};
   const auto identity = bank->identify();
   ASSERT_FALSE(identity);
@@ -164,7 +164,7 @@ TEST_F(TextThermometer, PreparesAgainAfterABrokenConnection) {
   EXPECT_EQ(count_heard("CONF:TEMP FRTD,85,(@101:108)"), 2);
 }
 
-TEST_F(TextThermometer, ALateAnswerIsNotTakenForTheNext) {
+TEST_F(TextThermometer, DoesNotTakeLateAnswerForNext) {
   ASSERT_TRUE(bank->read()[0]);
   line->answer_late();
   expect_all(bank->read(), FaultKind::timeout);
@@ -230,7 +230,7 @@ TEST_F(TextThermometer336, AsksReadingAndStatusOfEachInput) {
   EXPECT_EQ(text(all[3].error()), "bank input 4: the instrument reports sensor_units_over_range (status 128)");
 }
 
-TEST_F(TextThermometer336, AReadingWithABadStatusIsNoValue) {
+TEST_F(TextThermometer336, YieldsNoValueWithBadStatus) {
   for (const auto& [bits, flags] : std::map<std::string, std::string>{
            {"001", "invalid_reading"}, {"032", "over_range"}, {"080", "sensor_units_zero, under_range"}}) {
     status['B'] = bits;
@@ -242,7 +242,7 @@ TEST_F(TextThermometer336, AReadingWithABadStatusIsNoValue) {
   }
 }
 
-TEST_F(TextThermometer336, ASilentInputIsAFaultOfTheRemainingInputs) {
+TEST_F(TextThermometer336, ReportsFaultOfInputsAfterSilentOne) {
   ASSERT_TRUE(bank->read()[0]);
   readings.erase('C');
   const auto all = bank->read();
@@ -299,7 +299,7 @@ TEST(ThermometerDescriptions, EveryShippedFileIsValidForEditorsToo) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-TEST(ThermometerDescriptions, ThePageHasAValidExample) {
+TEST(ThermometerDescriptions, ParseExampleOfPage) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/text-instruments.md").value();
   const auto kind = page.find("kind = \"thermometer\"\nname = \"TS-2\"");
   ASSERT_NE(kind, std::string::npos);

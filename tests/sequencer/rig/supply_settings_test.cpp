@@ -74,7 +74,7 @@ TEST(SupplySettings, RefuseErrorsWithTheirPositions) {
           "virtual");
 }
 
-TEST(SupplySettings, AVirtualSupplyIsQueriedWithoutChangingIt) {
+TEST(SupplySettings, QueryVirtualSupplyWithoutChangingIt) {
   const auto file = parse_rig(supply_rig_with("", ""), kSupplyRigFile);
   ASSERT_TRUE(file) << text(file.error());
   const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});

@@ -78,7 +78,7 @@ TEST(PowerRun, AsksAPersonOnlyForUnitsWithoutASupply) {
   EXPECT_EQ(some.segments[2].prompt, "switch y, z on");
 }
 
-TEST(PowerRun, AnOverCurrentHoldsTheRun) {
+TEST(PowerRun, HoldsOnOverCurrent) {
   tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   dry_run.file().supplies[0].outputs[0].current.highest = 0.4;
   (void)dry_run.run({}, nullptr, [](tests::RunHarness& harness, rig::Rig&) {
@@ -107,7 +107,7 @@ rig::RigFile rig_with_cold_load() {
 }
 
 /// The gyro takes more current after a minute without power than before. The supply trips in between.
-TEST(PowerRun, ATripHoldsTheRunAndIsNotRepeatedWithoutAnOperator) {
+TEST(PowerRun, HoldsOnTripUntilOperatorActs) {
   tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   dry_run.file() = rig_with_cold_load();
   (void)dry_run.run(80);
@@ -132,7 +132,7 @@ TEST(PowerRun, ATripHoldsTheRunAndIsNotRepeatedWithoutAnOperator) {
   EXPECT_TRUE(has_power_alarm(dry_run.path(), "power_trip"));
 }
 
-TEST(PowerRun, AnAbortSwitchesOffIfTheRigSaysSo) {
+TEST(PowerRun, SwitchesOffOnAbortIfRigSaysSo) {
   for (const bool is_off : {false, true}) {
     tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
     dry_run.file().supplies[0].is_off_on_stop = is_off;

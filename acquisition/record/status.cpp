@@ -328,7 +328,10 @@ Result<RunStatus> read_stored_status(Database& database, const std::string& path
                         .and_then([&] { return assign_result(row, last_row(database, *info)); });
   if (!read) return failure(read.error());
   if (continuation) status.acknowledged = std::max(status.acknowledged, continuation->from - 1);
-  if (!row) return status;
+  if (!row) {
+    status.overview.state = end_state(status);
+    return status;
+  }
   status.slot = row->slot;
   set_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
   status.overview.state = row->state.value_or(RunState::execute);

@@ -158,6 +158,19 @@ TEST(Status, ComesFromRecordWhenRunIsFinished) {
   EXPECT_EQ(status->chamber_air, sample_at(3).chamber.value->air);
 }
 
+TEST(Status, IsCompleteWhenRunFinishedBeforeFirstSample) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 0);
+  EXPECT_EQ(read_status(folder / "run.db")->overview.state, RunState::execute);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  std::filesystem::remove(status_path(folder / "run.db"));
+  const auto status = read_status(folder / "run.db");
+  ASSERT_TRUE(status) << text(status.error());
+  EXPECT_TRUE(status->finished);
+  EXPECT_EQ(status->overview.state, RunState::complete);
+}
+
 TEST(Status, AddsFramesOfAllProgramsOfRun) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 2);

@@ -112,8 +112,10 @@ void Notifier::send_message(const DueMessage& message) {
 void Notifier::save() {
   auto text = memory_.to_text();
   if (text == saved_text_) return;
-  if (const auto written = write_private_file(memory_file_, text); !written) report_fault_(written.error());
-  saved_text_ = std::move(text);
+  const auto written = write_private_file(memory_file_, text);
+  if (written) saved_text_ = std::move(text);
+  if (!written && !has_save_failed_) report_fault_(written.error());
+  has_save_failed_ = !written;
 }
 
 void Notifier::notify_due() {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "apps/monitor/deliver.hpp"
 #include "apps/monitor/due_messages.hpp"
+#include "apps/monitor/notifier.hpp"
 #include "apps/monitor/site_file.hpp"
 #include "core/file.hpp"
 #include "tests/support/folder.hpp"
@@ -274,6 +276,22 @@ TEST_F(DueMessages, ReportsRealRigWithVirtualInstrumentToAllRules) {
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});
   utc_ += 20min;
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: SIMULATED soak on one"});
+}
+
+TEST(Notifier, RepeatsFailedSaveAndReportsItOnce) {
+  const tests::TestFolder folder;
+  const std::filesystem::path state = folder / "state";
+  const RunCatalogue catalogue({folder / ""});
+  const VirtualClock clock;
+  std::vector<Fault> faults;
+  Notifier notifier(Site{}, state / "memory", catalogue, clock, [&](const Fault& fault) { faults.push_back(fault); });
+  notifier.notify_due();
+  notifier.notify_due();
+  EXPECT_EQ(faults.size(), 1u);
+  std::filesystem::create_directory(state);
+  notifier.notify_due();
+  EXPECT_TRUE(std::filesystem::exists(state / "memory"));
+  EXPECT_EQ(faults.size(), 1u);
 }
 
 TEST(SiteFile, RefusesLiveTableOnce) {

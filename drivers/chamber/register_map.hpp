@@ -238,7 +238,7 @@ struct RegisterMap {
   bool one_block{};
   /// Any registers may be read as one block with the registers in between, up to the limit of the link.
   bool holes{};
-  /// State and alarms are read at every n-th reading of the chamber; 0 for never.
+  /// State and alarms are read at every n-th reading of the chamber; 0 for never, if the map has none.
   int status_every{};
   std::vector<RegisterItem> items;
   /// Protocol of a text unit; null for a Modbus unit.

@@ -510,6 +510,12 @@ constexpr auto kActivities = make_vocabulary<ChamberActivity::off, ChamberActivi
     "door_open", "emergency_stop", "power_failure", "unknown");
 constexpr auto kSeverities = make_vocabulary<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
+/// Refuses states and alarms that would never be read.
+void check_status_is_read(const TomlTable& link, const RegisterMap& map) {
+  if (map.status_every > 0 || (map.states.empty() && map.alarms.empty())) return;
+  link.note_error("status_every", "0 leaves every [[state]] and [[alarm]] without effect; expected 1 or more");
+}
+
 ItemDefaults read_item_defaults(const TomlTable& link, std::optional<WordOrder> word_order) {
   ItemDefaults defaults;
   defaults.order = one_of(kWordOrders, link, "word_order", "abcd");
@@ -707,6 +713,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   read_power_switches(*parsed, map);
   read_states(*parsed, map);
   read_alarms(*parsed, map);
+  check_status_is_read(parsed->table("link"), map);
   read_limits(parsed->table("limits"), map);
   if (is_text_unit) select_unsigned_fields(map);
   if (!is_text_unit) read_forbidden(*parsed, defaults, map);

@@ -493,6 +493,23 @@ TEST(LineItems, RefuseUsualLinkThatFileDoesNotHave) {
   EXPECT_EQ(errors("serial", serial), name(LinkKind::text_serial));
 }
 
+TEST(Conditions, RefusedIfStatusIsNeverRead) {
+  const std::string unit = kRegisterMap + "codes = { bad = 1 }\n", link = "[link]\nstatus_every = 0\n";
+  for (const std::string rule : {"[[alarm]]\n", "[[state]]\nactivity = \"off\"\n"}) {
+    const auto file = unit + rule + "register = \"state\"\nis = \"bad\"\n";
+    const auto read = parse_register_map(file, "map.toml");
+    EXPECT_TRUE(read) << text(read.error());
+    const auto unread = parse_register_map(file + link, "map.toml");
+    ASSERT_FALSE(unread) << rule;
+    EXPECT_NE(unread.error().what.find("0 leaves every"), std::string::npos) << unread.error().what;
+  }
+  EXPECT_TRUE(parse_register_map(unit + link, "map.toml"));
+  auto lines = with_line_rule("codes = { bad = 1 }", "is = \"bad\"");
+  EXPECT_TRUE(parse_register_map(lines, "map.toml"));
+  lines.insert(lines.find("[link.tcp]"), "status_every = 0\n");
+  EXPECT_FALSE(parse_register_map(lines, "map.toml"));
+}
+
 TEST(WrittenValues, RefusedIfRegisterCannotHoldThem) {
   const auto errors = [](const std::string& keys, const std::string& value) {
     const auto map = parse_register_map(

@@ -338,18 +338,22 @@ class AssembledRig : public Rig {
         return failure(explain_supply(i, known.error()));
       const auto before = read_supply(i);
       if (!before) return failure(explain_supply(i, before.error()));
-      was_on_.push_back(*before);
+      found_power_.push_back(*before);
       if (power_ != drivers::PowerDemand::keep) supply.demand(power_);
       if (auto done = finish_demand(i); !done) return done;
       const auto after = read_supply(i);
       if (!after) return failure(explain_supply(i, after.error()));
-      if (!*after) permit_silence(i);
+      if (!after->all_on) permit_silence(i);
     }
+    powered_at_ = watch_.now().since_start;
     return {};
   }
 
-  /// Returns whether all outputs of a supply are on.
-  Result<bool> read_supply(std::size_t index) {
+  /// State of the outputs of a supply.
+  struct OutputPower {
+    bool all_on{}, any_on{};
+  };
+  Result<OutputPower> read_supply(std::size_t index) {
     drivers::SupplyReadings readings;
     const auto read = query_with_retries([&]() -> Result<void> {
       readings = supplies_[index]->read();
@@ -358,7 +362,9 @@ class AssembledRig : public Rig {
       return {};
     });
     if (!read) return failure(read.error());
-    return std::ranges::all_of(readings.outputs, [](const auto& output) { return output->is_on; });
+    const auto is_on = [](const auto& output) { return output->is_on; };
+    return OutputPower{.all_on = std::ranges::all_of(readings.outputs, is_on),
+                       .any_on = std::ranges::any_of(readings.outputs, is_on)};
   }
 
   /// Reads a supply until its demand is verified. Fails when a trouble lasts, or after a trip.
@@ -380,27 +386,48 @@ class AssembledRig : public Rig {
     return {};
   }
 
-  /// Returns the time that the units which were switched on need until they answer; zero on a virtual rig.
-  [[nodiscard]] Duration boot_time() const {
+  /// Returns true if a supply feeds a unit on a gyro line.
+  [[nodiscard]] bool feeds(const SupplySettings& supply, const GyroLine& line) const {
+    return std::ranges::any_of(supply.outputs, [&](const SupplyOutput& output) {
+      return std::ranges::any_of(output.shares, [&](const SupplyOutput::Share& fed) {
+        return std::ranges::count(line.shares, fed.unit, &GyroLine::Share::unit) > 0;
+      });
+    });
+  }
+
+  /// Returns how much longer the units on a gyro line may boot: zero if they had power before the preparation, and on a
+  /// virtual rig.
+  [[nodiscard]] Duration boot_time_left(const GyroLine& line) const {
     Duration longest{};
-    for (std::size_t i = 0; i < was_on_.size() && !file_.simulated; ++i)
-      if (!was_on_[i]) longest = std::max(longest, file_.supplies[i].boot);
-    return longest;
+    for (std::size_t i = 0; i < found_power_.size() && !file_.simulated; ++i)
+      if (!found_power_[i].all_on && feeds(file_.supplies[i], line))
+        longest = std::max(longest, file_.supplies[i].boot);
+    return std::max(Duration{}, longest - (watch_.now().since_start - powered_at_));
+  }
+
+  /// Repeats a query of a gyro until it succeeds. Returns the last failure when the units on its line must have booted.
+  template <typename Ask>
+  auto query_booting_gyro(std::size_t index, const Ask& ask) {
+    auto answer = query_with_retries(ask);
+    if (may_be_off_[index]) return answer;
+    const Deadline booted(boot_time_left(file_.gyro_lines[index]));
+    while (!answer && !booted.has_passed()) {
+      drivers_->pauses()->rest(kPauseBetweenReads);
+      answer = ask();
+    }
+    return answer;
   }
 
   /// Permits the units of a supply that is off to be silent.
   void permit_silence(std::size_t index) {
-    for (const auto& output : file_.supplies[index].outputs)
-      for (const auto& fed : output.shares)
-        for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line)
-          if (std::ranges::count(file_.gyro_lines[line].shares, fed.unit, &GyroLine::Share::unit) > 0)
-            may_be_off_[line] = true;
+    for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line)
+      if (feeds(file_.supplies[index], file_.gyro_lines[line])) may_be_off_[line] = true;
   }
 
-  /// Switches the supplies that were off back off, after a failed preparation.
+  /// Switches the supplies that had no output on back off, after a failed preparation.
   void restore_power() {
-    for (std::size_t i = 0; i < was_on_.size(); ++i) {
-      if (was_on_[i] || power_ != drivers::PowerDemand::on) continue;
+    for (std::size_t i = 0; i < found_power_.size(); ++i) {
+      if (found_power_[i].any_on || power_ != drivers::PowerDemand::on) continue;
       supplies_[i]->demand(drivers::PowerDemand::off);
       (void)finish_demand(i);
     }
@@ -480,10 +507,8 @@ class AssembledRig : public Rig {
     if (!kept) return failure(name_instrument(kChamberTitle, kept.error()));
     let_pass(1);
     // The first frame may arrive only after a whole period, which is longer than one read waits.
-    const Deadline booted(boot_time());
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
-      auto origin = query_with_retries([&] { return gyros_[i]->wait_for_origin(); });
-      while (!origin && !may_be_off_[i] && !booted.has_passed()) origin = gyros_[i]->wait_for_origin();
+      const auto origin = query_booting_gyro(i, [&] { return gyros_[i]->wait_for_origin(); });
       if (!origin && !may_be_off_[i]) return failure(explain_gyro(i, origin.error()));
     }
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
@@ -491,19 +516,21 @@ class AssembledRig : public Rig {
     return kept;
   }
 
-  /// Returns the chamber to its state as found. Returns true if the chamber acknowledged every step.
+  /// Returns the chamber to its state as found. Returns true if the chamber acknowledged every step. Returns false if
+  /// the chamber was running at a set point that cannot be read.
   bool restore_chamber(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();
-    if (!std::isnan(found.set_point.value)) done = chamber_->send_set_point_immediately(found.set_point) && done;
-    if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;
-    return done;
+    const bool was_off = found.activity == ChamberActivity::off, is_known = !std::isnan(found.set_point.value);
+    if (is_known) done = chamber_->send_set_point_immediately(found.set_point) && done;
+    if (was_off) done = chamber_->stop() && done;
+    return done && (is_known || was_off);
   }
 
   Result<void> open_gyros() {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (auto open = query_with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i])
+      if (auto open = query_booting_gyro(i, [&] { return gyros_[i]->open(); }); !open && !may_be_off_[i])
         return failure(explain_gyro(i, open.error()));
     return {};
   }
@@ -512,8 +539,24 @@ class AssembledRig : public Rig {
   struct IdentifiedInstrument {
     std::string title, place;
     drivers::Identified& instrument;
-    bool may_be_off = false;
+    /// Index of the gyro line; none for other instruments.
+    std::optional<std::size_t> gyro_line{};
   };
+  /// Returns the identity of an instrument. A gyro that was switched on is asked again while it boots, because it does
+  /// not answer until then, and one that never answered has an empty identity.
+  Result<std::string> query_identity(const IdentifiedInstrument& one) {
+    if (!one.gyro_line) return query_with_retries([&] { return one.instrument.identify(); });
+    const auto& line = file_.gyro_lines[*one.gyro_line];
+    const bool must_answer = line.stream && line.stream->identity && !line.listen_only;
+    bool is_empty = false;
+    const auto answer = query_booting_gyro(*one.gyro_line, [&]() -> Result<std::string> {
+      auto identity = one.instrument.identify();
+      is_empty = identity && identity->empty() && must_answer;
+      if (is_empty) return failure(FaultKind::timeout, one.title, "it does not answer the query for its identity");
+      return identity;
+    });
+    return is_empty ? std::string() : answer;
+  }
   [[nodiscard]] std::vector<IdentifiedInstrument> identified_instruments() {
     std::vector<IdentifiedInstrument> all{{kChamberTitle, chamber_place(), *chamber_}};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
@@ -524,21 +567,22 @@ class AssembledRig : public Rig {
       all.push_back({supply_title(i), on_line(file_.supplies[i]), *supplies_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       const auto& line = file_.gyro_lines[i];
-      all.push_back({line_title(line, file_.units), describe_line(line), *gyros_[i], may_be_off_[i]});
+      all.push_back({line_title(line, file_.units), describe_line(line), *gyros_[i], i});
     }
     return all;
   }
 
   Result<std::vector<std::string>> query_identities() {
     std::vector<std::string> names;
-    for (const auto& [title, place, instrument, may_be_off] : identified_instruments()) {
-      const auto answer = query_with_retries([&] { return instrument.identify(); });
-      if (!answer && !may_be_off) return failure(explain(title, place, answer.error()));
+    for (const auto& one : identified_instruments()) {
+      const auto answer = query_identity(one);
+      const bool may_be_off = one.gyro_line && may_be_off_[*one.gyro_line];
+      if (!answer && !may_be_off) return failure(explain(one.title, one.place, answer.error()));
       if (!answer || answer->empty()) continue;
-      for (const auto& line : file_.gyro_lines)
-        if (title == line_title(line, file_.units))
-          if (auto same = compare_serial_number(line, file_.units, *answer); !same) return failure(same.error());
-      identities_.emplace(title, *answer);
+      if (one.gyro_line)
+        if (auto same = compare_serial_number(file_.gyro_lines[*one.gyro_line], file_.units, *answer); !same)
+          return failure(same.error());
+      identities_.emplace(one.title, *answer);
       names.push_back(plain(*answer));
     }
     return names;
@@ -561,7 +605,10 @@ class AssembledRig : public Rig {
   std::vector<bool> may_be_off_;
   drivers::PowerDemand power_;
   /// State of each supply before its demand.
-  std::vector<bool> was_on_;
+  std::vector<OutputPower> found_power_;
+  SteadyClock watch_;
+  /// Time at which the demands of all supplies were verified, on `watch_`.
+  Duration powered_at_{};
   std::map<std::string, std::string> identities_;  ///< key: title
   bool is_as_found_ = true;
   // Last member: it stops before its instruments are destroyed.

@@ -10,6 +10,7 @@
 
 #include "core/file.hpp"
 #include "core/shipped.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
 #include "sequencer/rig/line_settings.hpp"
 
@@ -213,6 +214,8 @@ std::unique_ptr<drivers::PowerSupply> make_supply(const SupplySettings& settings
                                                   const drivers::Line& line) {
   const auto& link = settings.description.unit.link.modbus;
   auto stream = make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
+  if (link.echo)
+    stream = drivers::make_echo_stream(std::move(stream), nullptr, settings.description.unit.link.text.longest_answer);
   return drivers::make_text_supply(settings.description, output_settings(settings), std::move(stream), place);
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/rig/check_standard.hpp"
 
+#include <fmt/format.h>
+
+#include <set>
+
 #include "acquisition/record/check_history.hpp"
 #include "core/serial_number.hpp"
 
@@ -16,11 +20,14 @@ CheckStandard read_check_standard(const TomlTable& table) {
                          .gyro_change_deg_per_h = table.number("gyro_change_deg_per_h", 0)};
   if (standard.serial_numbers.empty())
     table.note_error("serial_numbers", "expected the serial number of at least one golden gyro");
+  std::set<std::string> seen;
   for (std::string& serial : standard.serial_numbers) {
     auto number = parse_serial_number(serial);
     if (!number) table.note_error("serial_numbers", number.error().what);
     if (number) serial = *number;
+    if (!seen.insert(serial).second) table.note_error("serial_numbers", fmt::format("\"{}\" is listed twice", serial));
   }
+  if (standard.profile.empty()) table.note_error("profile", "expected the name or the path of a profile");
   if (standard.history.empty()) table.note_error("history", "expected the path of a file");
   if (!(standard.false_alarm_rate >= kLowestRate && standard.false_alarm_rate <= kHighestRate))
     table.note_error("false_alarm_rate", "expected 0.0001 to 0.2");

@@ -114,9 +114,11 @@ record::AxisInfo read_axis(const AxisTable& axis, const TomlTable& unit, const s
 std::vector<std::string> read_channel_names(const TomlTable& table, const char* key,
                                             const std::vector<std::string>& channels) {
   auto names = table.texts(key);
-  for (const auto& name : names)
-    if (std::ranges::count(channels, name) == 0)
-      table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
+  for (auto name = names.begin(); name != names.end(); ++name)
+    if (std::ranges::count(channels, *name) == 0)
+      table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", *name));
+    else if (std::find(names.begin(), name, *name) != name)
+      table.note_error(key, fmt::format("\"{}\" is listed twice", *name));
   return names;
 }
 
@@ -143,6 +145,7 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   unit.continue_when_silent =
       table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
   unit.has_own_thermometers = table.has("thermometers");
+  unit.has_own_three_point = table.has("three_point");
   unit.info.gradients = read_channel_names(table, "thermometers", channels);
   unit.info.three_point = read_channel_names(table, "three_point", channels);
   if (unit.has_own_thermometers && unit.info.gradients.size() < 2)

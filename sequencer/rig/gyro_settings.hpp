@@ -27,6 +27,8 @@ struct UnitSettings {
   bool continue_when_silent{};
   /// The rig file assigns thermometers to this unit.
   bool has_own_thermometers{};
+  /// The rig file states the thermometers of this unit's three-point model, possibly none.
+  bool has_own_three_point{};
   /// Largest bias of a good unit, °/h, from the unit's table or otherwise from its stream; absent if neither states
   /// one.
   std::optional<double> largest_bias_deg_per_h{};

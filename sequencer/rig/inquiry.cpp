@@ -264,6 +264,7 @@ Result<GyroMeans> read_means(drivers::Gyro& gyro, std::size_t axes, const std::f
 
 std::string describe_axes(const GyroLine& line, const std::vector<UnitSettings>& units, const GyroMeans& means) {
   const double seconds = to_seconds(means.interval);
+  if (!(seconds > 0)) return ", no rate, because the gyro's clock stands still";
   std::string text;
   for (const auto& share : line.shares) {
     const auto& unit = units[share.unit];

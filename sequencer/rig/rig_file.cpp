@@ -45,6 +45,14 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
                   .highest = read_limit_if_any(table, "highest")};
   if (!limiter.lowest && !limiter.highest)
     table.note_error("", "expected lowest, highest or both: the limiter's settings");
+  // DIN 12880: class 3.1 protects from high temperatures, class 3.2 from low ones, class 3.3 from both.
+  const auto& protection = limiter.protection_class;
+  if (protection == "3.1" && !limiter.highest)
+    table.note_error("class", "a limiter of class 3.1 acts at a high temperature, expected \"highest\"");
+  if (protection == "3.2" && !limiter.lowest)
+    table.note_error("class", "a limiter of class 3.2 acts at a low temperature, expected \"lowest\"");
+  if (protection == "3.3" && !(limiter.lowest && limiter.highest))
+    table.note_error("class", "a limiter of class 3.3 acts on both sides, expected \"lowest\" and \"highest\"");
   if (limiter.lowest && limiter.highest && *limiter.lowest >= *limiter.highest) {
     table.note_error("lowest", "the limiter's lowest setting is not below its highest");
     return limiter;
@@ -165,7 +173,7 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
   for (auto& unit : units) {
     if (unit.has_own_thermometers) continue;
     unit.info.gradients = gradients;
-    if (unit.info.three_point.empty()) unit.info.three_point = three_point;
+    if (!unit.has_own_three_point) unit.info.three_point = three_point;
   }
 }
 

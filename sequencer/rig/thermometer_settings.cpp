@@ -93,6 +93,8 @@ void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
   for (const double address : table.numbers("addresses")) {
     if (!(address >= 0 && address <= 255 && address == static_cast<std::uint8_t>(address)))
       table.note_error("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
+    else if (std::ranges::count(settings.addresses, static_cast<std::uint8_t>(address)) > 0)
+      table.note_error("addresses", fmt::format("\"addresses\" has {} twice", address));
     else
       settings.addresses.push_back(static_cast<std::uint8_t>(address));
   }
@@ -248,7 +250,8 @@ void read_calibration(const TomlTable& table, const std::string& folder, Thermom
   }
   if (table.has("offset") && table.has("polynomial"))
     table.note_error("offset", "a polynomial includes the offset: expected one of the two");
-  if (found->offset != Kelvins{} || !found->polynomial.empty())
+  const bool is_first = settings.individually_calibrated.insert(name).second;
+  if (!is_first || found->offset != Kelvins{} || !found->polynomial.empty())
     table.note_error("channel", fmt::format("channel \"{}\" has a calibration already", name));
   if (table.has("offset")) found->offset = {table.number("offset")};
   found->polynomial = table.numbers("polynomial");

@@ -30,6 +30,8 @@ struct ThermometerSettings {
   std::vector<std::string> channels;
   /// The channels as stored in the record.
   std::vector<record::Channel> calibrated;
+  /// Names of the channels with a table [[thermometer.calibration]].
+  std::set<std::string> individually_calibrated{};
   /// For dcon: addresses of the modules on the line.
   std::vector<std::uint8_t> addresses{1};
   drivers::DconChecksum checksum{};  ///< dcon

@@ -295,6 +295,20 @@ TEST(RigFile, RefusesRepeatedThermometersOfAnalysis) {
   EXPECT_NE(repeated.find("\"shell\" is listed twice"), std::string::npos) << repeated;
 }
 
+TEST(RigFile, RefusesRepeatedThermometersOfUnit) {
+  const auto with = [](const std::string& keys) {
+    return replace_once(virtual_rig(), "[gyro]\n", "[gyro]\n" + keys + "\n");
+  };
+  for (const auto* keys : {"thermometers = [\"A\", \"A\"]", "three_point = [\"A\", \"D\", \"A\"]"})
+    EXPECT_NE(rig_error(with(keys)).find("\"A\" is listed twice"), std::string::npos) << keys;
+  const auto three_point = [&](const std::string& keys) {
+    return parse_rig(with(keys), kRigs + "virtual.toml").value().units[0].info.three_point.size();
+  };
+  EXPECT_EQ(three_point(""), 3u) << "the ones of [analysis]";
+  EXPECT_EQ(three_point("three_point = []"), 0u);
+  EXPECT_EQ(three_point("thermometers = [\"A\", \"B\"]"), 0u);
+}
+
 TEST(RigFile, NamesMissingRegisterMap) {
   const auto rig =
       parse_rig(replace_once(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
@@ -691,7 +705,8 @@ TEST(RigFile, RefusesImpossibleCalibration) {
   EXPECT_NE(with("offsets = [0, 0, 293, 0]").find("expected a correction of at most 10 K"), std::string::npos);
   EXPECT_NE(with(of_a + "due = \"2027-02-30\"").find("expected a day"), std::string::npos);
   EXPECT_NE(with("[[thermometer.calibration]]\nchannel = \"Z\"\noffset = 1").find("not a channel"), std::string::npos);
-  EXPECT_NE(with(of_a + "offset = 0.1\n" + of_a + "offset = 0.2").find("already"), std::string::npos);
+  for (const auto* first : {"offset = 0.1", "offset = 0", "certificate = \"K1\"", "uncertainty = 0.04"})
+    EXPECT_NE(with(of_a + first + "\n" + of_a + "offset = 0.2").find("already"), std::string::npos) << first;
   EXPECT_NE(with("offsets = [1, 2]").find("2 offsets for 4 channels"), std::string::npos);
 }
 
@@ -708,6 +723,7 @@ TEST(RigFile, ChecksKeysOfEachDriver) {
   EXPECT_TRUE(std::holds_alternative<drivers::MccRtd>(rig.thermometers[1].sensor.value()));
   EXPECT_LT(rig.units[0].info.axes[0].earth_rate->value, 0) << "its axis points down";
   EXPECT_NE(with("addresses = [1, 2]", "addresses = [1, 256]").find("0 to 255"), std::string::npos);
+  EXPECT_NE(with("addresses = [1, 2]", "addresses = [2, 2]").find("has 2 twice"), std::string::npos);
   EXPECT_NE(with("type = \"T\"", "type = \"X\"").find("not one of J, K, T, E"), std::string::npos);
   EXPECT_NE(with("hid:01A2B3C4", "serial:/dev/ttyUSB0").find("HID device"), std::string::npos);
   EXPECT_NE(with("channels = [\"shell\"]", "channels = [\"shell\", \"A\"]").find("is listed twice"), std::string::npos);
@@ -728,6 +744,13 @@ TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   EXPECT_EQ(rig_error(with("class = \"3.3\"\nlowest = 75\nhighest = -50\n")),
             "the limiter's lowest setting is not below its highest");
   EXPECT_NE(rig_error(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
+  const std::string lowest = "lowest = \"-50 °C\"\n", highest = "highest = \"75 °C\"\n";
+  EXPECT_EQ(rig_error(with("class = \"3.1\"\n" + highest)), "");
+  EXPECT_EQ(rig_error(with("class = \"3.2\"\n" + lowest)), "");
+  EXPECT_NE(rig_error(with("class = \"3.1\"\n" + lowest)).find("acts at a high temperature"), std::string::npos);
+  EXPECT_NE(rig_error(with("class = \"3.2\"\n" + highest)).find("acts at a low temperature"), std::string::npos);
+  for (const auto& one : {lowest, highest})
+    EXPECT_NE(rig_error(with("class = \"3.3\"\n" + one)).find("acts on both sides"), std::string::npos) << one;
 }
 
 TEST(RigFile, FindsLimiterThatTripsBeforeInterlock) {

@@ -130,7 +130,7 @@ void Console::progress(std::string_view stage, double fraction) {
   last_shown_ = now;
   auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0), format_time_left(left));
   if (redraws_)
-    draw({std::move(line)});
+    draw({truncate_line(plain(line), terminal_size(STDERR_FILENO).columns)});
   else
     write_message(line + "\n");
 }

@@ -66,8 +66,12 @@ class Console {
 
   /// Returns true if stderr is a terminal on which panels are redrawn in place.
   [[nodiscard]] bool redraws() const { return redraws_; }
-  /// Returns true if a write to stdout has failed.
-  [[nodiscard]] bool has_lost_data() const { return out_.has_failed(); }
+  /// Waits until all text is written; at most one second if never_wait() was called. Returns true if a write to stdout
+  /// has failed.
+  [[nodiscard]] bool has_lost_data() {
+    out_.flush();
+    return out_.has_failed();
+  }
 
  private:
   void write_message(const std::string& message);

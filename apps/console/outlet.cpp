@@ -131,15 +131,20 @@ bool Outlet::has_failed() const {
   return state_->write_failed;
 }
 
+bool Outlet::flush() {
+  std::unique_lock lock(state_->mutex);
+  return state_->progress.wait_for(lock, kFlushTimeout, [this] { return state_->is_idle(); });
+}
+
 /// Detaches the thread if it has not finished within one second.
 Outlet::~Outlet() {
   if (!writer_.joinable()) return;
-  std::unique_lock lock(state_->mutex);
-  state_->stop = true;
-  state_->available.notify_one();
-  const bool done = state_->progress.wait_for(lock, kFlushTimeout, [this] { return state_->is_idle(); });
-  lock.unlock();
-  if (done)
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+    state_->available.notify_one();
+  }
+  if (flush())
     writer_.join();
   else
     writer_.detach();

@@ -35,6 +35,8 @@ class Outlet {
   /// Draws lines on a terminal in place of the previous ones. If those have not been written yet, they are skipped.
   void draw(std::vector<std::string> picture);
 
+  /// Waits until all text is written; at most one second if never_wait() was called. Returns true if it is written.
+  bool flush();
   /// Returns true if a write has failed, for example on a full disk or a closed pipe.
   [[nodiscard]] bool has_failed() const;
 

@@ -85,6 +85,15 @@ TEST(Outlet, DoesNotWaitForBlockedReader) {
   (void)pipe.read_until("a picture");
 }
 
+TEST(Outlet, ReportsFailedWriteOfThreadAfterFlush) {
+  const Descriptor full(::open("/dev/full", O_WRONLY | O_CLOEXEC));
+  Outlet outlet(full.number());
+  outlet.never_wait();
+  outlet.write_lines(line("a line"));
+  EXPECT_TRUE(outlet.flush());
+  EXPECT_TRUE(outlet.has_failed());
+}
+
 TEST(Outlet, ReportsDroppedLinesWithNextAcceptedLines) {
   UnreadPipe pipe;
   Outlet outlet(pipe.writer());

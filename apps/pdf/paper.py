@@ -216,7 +216,11 @@ def flatten_png(content: bytes) -> bytes:
         with Image.open(io.BytesIO(content), formats=["PNG"]) as opened:
             if max(opened.size) > 4000:
                 raise LogoError("is wider or higher than 4000 pixels")
+            if opened.mode.startswith("I"):  # 16-bit grey, which convert() would clip
+                opened = opened.convert("I").point(lambda value: value / 256).convert("L")
             picture = opened.convert("RGBA")
+    except Image.DecompressionBombError as error:
+        raise LogoError("is wider or higher than 4000 pixels") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise LogoError(f"is not a valid PNG: {error}") from error
     flat = Image.new("RGB", picture.size, "white")

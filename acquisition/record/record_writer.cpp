@@ -141,7 +141,8 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
 }
 
 Result<void> RecordWriter::finish() {
-  if (!file_) return failure(FaultKind::storage, path_, "no part of the record is open: " + failed_);
+  if (!file_)
+    if (auto begun = begin_part({}, frames_); !begun) return begun;
   auto finished = file_->finish();
   if (!finished && file_->interference()) {
     give_up(finished.error());

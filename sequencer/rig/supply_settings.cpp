@@ -10,8 +10,8 @@
 
 #include "core/file.hpp"
 #include "core/shipped.hpp"
-#include "drivers/line/byte_streams.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {

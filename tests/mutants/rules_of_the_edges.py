@@ -208,7 +208,7 @@ MUTANTS = [
      "if (auto proved = file->test_write(); !proved) {", "if (auto proved = Result<void>(); !proved) {",
      "acquisition_test", "DiskFaults.AreFoundBeforeFirstCommandWhenDiskLosesWrites"),
     ("a start that failed leaves the chamber on", "sequencer/rig/rig.cpp",
-     "if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;", "",
+     "if (was_off) done = chamber_->stop() && done;", "",
      "gyrotherm", "mode_that_never_switches_on"),
     ("a journal beside a record is played back", "acquisition/record/record_files.cpp",
      "if (!fs::exists(fs::symlink_status(journal, error))) return {};", "return {};",

@@ -39,7 +39,7 @@ class ClosedPort {
   std::uint16_t number_{};
 };
 
-/// An E36312A whose outputs are off at first. The gyro on output 1 opens its port some time after it has power.
+/// An E36312A with its outputs off at first. The gyro on output 1 opens its port some time after it has power.
 class SupplyWithGyro {
  public:
   explicit SupplyWithGyro(std::chrono::milliseconds boot) : boot_(boot) {}
@@ -85,7 +85,7 @@ class SupplyWithGyro {
   }};
 };
 
-/// Prepares a rig whose supply is real, and whose chamber and thermometers refuse connections. Returns the fault.
+/// Prepares a rig with a real supply; its chamber and thermometers refuse connections. Returns the fault.
 Fault fault_of_preparation(const SupplyWithGyro& supply, const std::string& boot) {
   const std::string folder = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
   auto text = read_text_file(folder + "virtual-supply.toml").value();

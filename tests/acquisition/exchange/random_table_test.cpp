@@ -21,7 +21,7 @@ namespace {
 #ifdef GYROTHERM_NIGHTLY
 constexpr std::uint64_t kTables = 10'000;
 #else
-constexpr std::uint64_t kTables = 250;
+constexpr std::uint64_t kTables = 100;
 #endif
 
 /// Returns the differences between a record and its table; empty if there are none.

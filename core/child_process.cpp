@@ -25,16 +25,11 @@
 
 #include "core/deadline.hpp"
 #include "core/file.hpp"
+#include "core/sanitizer.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kIsSanitizerBuild = true;
-#else
-constexpr bool kIsSanitizerBuild = false;
-#endif
 
 void set_limit(int resource, rlim_t maximum) {
   rlimit limit{};

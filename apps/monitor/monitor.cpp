@@ -21,6 +21,7 @@
 #include "apps/monitor/web_server.hpp"
 #include "core/clock.hpp"
 #include "core/process.hpp"
+#include "core/sanitizer.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
@@ -32,12 +33,6 @@ constexpr auto kScanInterval = 500ms;
 constexpr auto kReadInterval = 100ms;
 constexpr auto kNotifyInterval = 1s;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kHasSanitizer = true;
-#else
-constexpr bool kHasSanitizer = false;
-#endif
-
 /// Limits the resources of the process, so a flood of requests cannot impair other programs. The memory limit applies
 /// to allocated memory including thread stacks; the systemd unit has a lower limit for used memory. Under a sanitizer,
 /// which reserves terabytes, memory is not limited.
@@ -46,7 +41,7 @@ void limit_resources() {
   constexpr std::size_t kStackBytes = std::size_t{1024} * 1024;
   const rlimit data{kMaxDataBytes, kMaxDataBytes}, files{kMaxFiles, kMaxFiles};
   ::setrlimit(RLIMIT_NOFILE, &files);
-  if (kHasSanitizer) return;
+  if (kIsSanitizerBuild) return;
   ::setrlimit(RLIMIT_DATA, &data);
   ::mallopt(M_ARENA_MAX, 2);
   pthread_attr_t attributes;

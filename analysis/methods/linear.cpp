@@ -35,7 +35,8 @@ PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen
   if (z.cols() == 0) return plane_variance(Eigen::MatrixXd::Constant(1, 1, variance / samples), std::sqrt(variance));
   const Eigen::RowVectorXd mean = z.colwise().mean();
   Eigen::MatrixXd stacked(z.rows() + penalty_rows.rows(), z.cols());
-  stacked << z.rowwise() - mean, penalty_rows;
+  stacked.topRows(z.rows()) = z.rowwise() - mean;
+  if (penalty_rows.size() > 0) stacked.bottomRows(penalty_rows.rows()) = penalty_rows;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
   const Eigen::Index rank = std::min(stacked.rows(), stacked.cols());
   const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();

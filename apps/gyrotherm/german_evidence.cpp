@@ -86,6 +86,9 @@ constexpr Phrase kPhrases[] = {
     {" above its setting", " über seiner Einstellung"},
     {" below its setting", " unter seiner Einstellung"},
     {"the air did not reach the limiter's setting of ", "die Luft erreichte nicht die Einstellung des Begrenzers von "},
+    {"the air did not exceed the limiter's setting of ",
+     "die Luft überschritt nicht die Einstellung des Begrenzers von "},
+    {" °C by ", " °C um "},
     {"the chamber did not take the set point: ", "die Kammer nahm den Sollwert nicht an: "},
     {"the chamber did not answer while it heated", "die Kammer antwortete während des Heizens nicht"},
     {"the chamber did not answer after the trip", "die Kammer antwortete nach der Auslösung nicht"},
@@ -97,6 +100,8 @@ constexpr Phrase kPhrases[] = {
     {"the operator stopped the test", "die prüfende Person beendete die Prüfung"},
     {"the operator did not confirm that the limiter was set back and reset",
      "die prüfende Person bestätigte nicht, dass der Begrenzer zurückgestellt und zurückgesetzt ist"},
+    {"the operator did not set the limiter", "die prüfende Person stellte den Begrenzer nicht ein"},
+    {"the chamber does not show its safe set point", "die Kammer zeigt ihren sicheren Sollwert nicht"},
     {"the alarm remains after the operator reset the limiter", "der Alarm bleibt nach der Rücksetzung des Begrenzers"},
     // proof tests of the safe state, the line and the relay
     {"relay open after the guard began to act", "Relais offen nach Beginn des Eingriffs der Wache"},

@@ -2,10 +2,14 @@
 #include "sequencer/prove/limiter_proof.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace gyrotherm::prove {
 namespace {
@@ -34,19 +38,28 @@ class LimiterDrill {
       return log_.end(ProofVerdict::interrupted, "the operator did not set the limiter");
     if (const auto began = guarded_.begin(); !began) return log_.end(ProofVerdict::not_tested, text(began.error()));
     chamber_ = environment_.connect();
-    auto cause = heat();
-    const bool is_safe = make_safe();
-    if (!is_safe) return log_.end(ProofVerdict::failed, cause + "; the chamber does not show its safe set point");
-    guarded_.end();
-    const auto reset = ask_for_reset();
-    if (is_interrupted_)
-      return log_.end(ProofVerdict::interrupted, cause.empty() ? "the operator stopped the test" : cause);
-    if (cause.empty()) cause = reset;
-    return log_.end(cause.empty() ? ProofVerdict::passed : ProofVerdict::failed, cause);
+    heat();
+    if (make_safe()) {
+      guarded_.end();
+      ask_for_reset();
+    } else {
+      fail("the chamber does not show its safe set point");
+    }
+    return log_.end(has_failed_       ? ProofVerdict::failed
+                    : causes_.empty() ? ProofVerdict::passed
+                                      : ProofVerdict::interrupted,
+                    fmt::format("{}", fmt::join(causes_, "; ")));
   }
 
  private:
   [[nodiscard]] Celsius highest() const { return plan_.at + plan_.band * 2; }
+
+  /// Notes an observed failure. An interruption before or after it does not undo it.
+  void fail(std::string cause) {
+    has_failed_ = true;
+    causes_.push_back(std::move(cause));
+  }
+  void note_interruption(std::string cause) { causes_.push_back(std::move(cause)); }
 
   /// Reads the chamber; nothing after several failures in a row.
   std::optional<ChamberState> read() {
@@ -57,39 +70,47 @@ class LimiterDrill {
     return std::nullopt;
   }
 
-  /// Heats until the limiter has tripped and stayed tripped. Returns the cause of a failure; empty: none.
-  std::string heat() {
+  /// Heats until the limiter has tripped and stayed tripped. Notes each failure.
+  void heat() {
     auto sent = chamber_->send_set_point(plan_.set_point);
     if (sent) sent = chamber_->start();
-    if (!sent) return "the chamber did not take the set point: " + text(sent.error());
+    if (!sent) return fail("the chamber did not take the set point: " + text(sent.error()));
     log_.read("set point sent", celsius_text(plan_.set_point));
     switch (wait_for_trip()) {
-      case HeatingEnd::too_hot:
-        return fmt::format("the limiter did not trip: it was set to {:g} °C and the air reached {}", plan_.at.value,
-                           celsius_text(peak_));
-      case HeatingEnd::timed_out:
-        return fmt::format("the air did not reach the limiter's setting of {:g} °C in {}: {}", plan_.at.value,
-                           format_duration(plan_.within), celsius_text(peak_));
-      case HeatingEnd::lost: return "the chamber did not answer while it heated";
-      case HeatingEnd::interrupted: is_interrupted_ = true; return "the operator stopped the test";
+      case HeatingEnd::too_hot: return fail(describe_missing_trip());
+      case HeatingEnd::timed_out: return fail(describe_timeout());
+      case HeatingEnd::lost: return fail("the chamber did not answer while it heated");
+      case HeatingEnd::interrupted: return note_interruption("the operator stopped the test");
       case HeatingEnd::tripped: break;
     }
-    auto held = watch_trip();
     if (trip_ > plan_.at + plan_.band)
-      return fmt::format("the limiter tripped late: at {}, {:.1f} K above its setting", celsius_text(trip_),
-                         (trip_ - plan_.at).value);
+      fail(fmt::format("the limiter tripped late: at {}, {:.1f} K above its setting", celsius_text(trip_),
+                       (trip_ - plan_.at).value));
     if (trip_ < plan_.at - plan_.band)
-      return fmt::format("the limiter tripped early: at {}, {:.1f} K below its setting", celsius_text(trip_),
-                         (plan_.at - trip_).value);
-    return held;
+      fail(fmt::format("the limiter tripped early: at {}, {:.1f} K below its setting", celsius_text(trip_),
+                       (plan_.at - trip_).value));
+    watch_trip();
+  }
+
+  [[nodiscard]] std::string describe_missing_trip() const {
+    return fmt::format("the limiter did not trip: it was set to {:g} °C and the air reached {}", plan_.at.value,
+                       celsius_text(peak_));
+  }
+  /// Describes air that did not heat enough for a trip, or that settled above the setting without a trip.
+  [[nodiscard]] std::string describe_timeout() const {
+    if (peak_ > plan_.at + plan_.band) return describe_missing_trip();
+    if (peak_ < plan_.at)
+      return fmt::format("the air did not reach the limiter's setting of {:g} °C in {}: {}", plan_.at.value,
+                         format_duration(plan_.within), celsius_text(peak_));
+    return fmt::format("the air did not exceed the limiter's setting of {:g} °C by {:g} K in {}: {}", plan_.at.value,
+                       plan_.band.value, format_duration(plan_.within), celsius_text(peak_));
   }
 
   HeatingEnd wait_for_trip() {
     double minute = 0;
     for (const double began = log_.passed_s();; environment_.wait(kSecond)) {
       const auto state = read();
-      if (environment_.is_interrupted()) return HeatingEnd::interrupted;
-      if (!state) return HeatingEnd::lost;
+      if (!state) return environment_.is_interrupted() ? HeatingEnd::interrupted : HeatingEnd::lost;
       peak_ = std::max(peak_, state->air);
       if (has_alarm(*state)) {
         trip_ = state->air;
@@ -104,6 +125,7 @@ class LimiterDrill {
         log_.read("trip, seen by air that falls below the set point", celsius_text(trip_));
         return HeatingEnd::tripped;
       }
+      if (environment_.is_interrupted()) return HeatingEnd::interrupted;
       const double passed = log_.passed_s() - began;
       if (passed >= minute) log_.read("air", celsius_text(state->air)), minute += kSecondsPerMinute;
       if (passed > to_seconds(plan_.within)) return HeatingEnd::timed_out;
@@ -111,23 +133,23 @@ class LimiterDrill {
   }
 
   /// Watches that the limiter stays tripped with the set point above the air.
-  std::string watch_trip() {
+  void watch_trip() {
     Celsius lowest = peak_;
     for (const double began = log_.passed_s(); log_.passed_s() - began < to_seconds(plan_.hold);) {
       environment_.wait(kSecond);
       const auto state = read();
-      if (environment_.is_interrupted()) return is_interrupted_ = true, "the operator stopped the test";
-      if (!state) return "the chamber did not answer after the trip";
+      if (!state && !environment_.is_interrupted()) return fail("the chamber did not answer after the trip");
+      if (!state) return note_interruption("the operator stopped the test");
       lowest = std::min(lowest, state->air);
       const bool heats = (state->air - lowest).value >= kSeenRiseK;
       if ((shows_alarm_ && !has_alarm(*state)) || heats) {
         log_.read("reset without a person", celsius_text(state->air));
-        return fmt::format("the limiter reset itself {:.0f} s after the trip: {}", log_.passed_s() - began,
-                           heats ? "the air rises again" : "the alarm has gone");
+        return fail(fmt::format("the limiter reset itself {:.0f} s after the trip: {}", log_.passed_s() - began,
+                                heats ? "the air rises again" : "the alarm has gone"));
       }
+      if (environment_.is_interrupted()) return note_interruption("the operator stopped the test");
     }
     log_.read("still tripped; lowest air", celsius_text(lowest));
-    return "";
   }
 
   /// Sends the safe set point until it is read back.
@@ -143,22 +165,20 @@ class LimiterDrill {
     return false;
   }
 
-  /// Returns the cause of a failure; empty: none.
-  std::string ask_for_reset() {
+  /// Has the limiter set back and reset, and waits until its alarm goes.
+  void ask_for_reset() {
     chamber_.reset();
-    if (!environment_.ask(fmt::format("Set the limiter back to its setting for runs ({}) and reset it", plan_.usual))) {
-      is_interrupted_ = true;
-      return "the operator did not confirm that the limiter was set back and reset";
-    }
+    if (!environment_.ask(fmt::format("Set the limiter back to its setting for runs ({}) and reset it", plan_.usual)))
+      return note_interruption("the operator did not confirm that the limiter was set back and reset");
     chamber_ = environment_.connect();
     for (int i = 0; i < kResetReadings; ++i, environment_.wait(kSecond)) {
       const auto state = read();
-      if (!state) return "the chamber did not answer after the reset";
+      if (!state) return fail("the chamber did not answer after the reset");
       if (has_alarm(*state)) continue;
       log_.read("limiter reset; air", celsius_text(state->air));
-      return "";
+      return;
     }
-    return "the alarm remains after the operator reset the limiter";
+    fail("the alarm remains after the operator reset the limiter");
   }
 
   const LimiterPlan& plan_;
@@ -167,7 +187,8 @@ class LimiterDrill {
   DrillLog log_;
   std::unique_ptr<drivers::Chamber> chamber_;
   Celsius peak_{-300}, trip_{-300};
-  bool shows_alarm_ = false, is_interrupted_ = false;
+  bool shows_alarm_ = false, has_failed_ = false;
+  std::vector<std::string> causes_;  ///< reasons for the verdict, in order
 };
 
 }  // namespace

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+#include <utility>
+
 #include "tests/sequencer/prove/prove_bench.hpp"
 
 namespace gyrotherm::prove {
@@ -12,12 +15,23 @@ namespace {
 class LimiterProof : public ::testing::Test {
  protected:
   ProofResult prove(simulator::LimiterFault fault = simulator::LimiterFault::none) {
+    return prove(fault, bench.environment());
+  }
+  ProofResult prove(simulator::LimiterFault fault, const DrillEnvironment& environment) {
     bench.instruments->change_limiter([&](auto& limiter) { limiter.inject(fault); });
     before = bench.registers();
     const auto plan = plan_limiter_proof(bench.rig, bench.chamber().air);
     EXPECT_TRUE(plan) << text(plan.error());
     EXPECT_EQ(plan->at, Celsius{30});
-    return prove_limiter(*plan, bench.guarded(), bench.environment());
+    return prove_limiter(*plan, bench.guarded(), environment);
+  }
+  /// Carries out `action` when the test reports `words`.
+  DrillEnvironment environment_with(const std::string& words, std::function<void()> action) {
+    auto environment = bench.environment();
+    environment.say = [words, action = std::move(action)](const std::string& said) {
+      if (said.find(words) != std::string::npos) action();
+    };
+    return environment;
   }
   /// The chamber is at its safe set point, and the guard was released.
   void expect_safe() {
@@ -110,6 +124,83 @@ TEST_F(LimiterProof, MakesChamberSafeWhenInterruptedInEachPhase) {
     EXPECT_EQ(other.chamber().set_point, other.rig.safe_set_point) << seconds;
     EXPECT_EQ(other.guards_ended, 1) << seconds;
     EXPECT_EQ(other.questions.size(), 2u) << "the limiter is set back, too";
+  }
+}
+
+/// An older pass of the limiter must not stay valid because the operator typed stop after the failure.
+TEST_F(LimiterProof, KeepsFailureWhenOperatorDoesNotConfirmReset) {
+  using simulator::LimiterFault;
+  const std::pair<LimiterFault, const char*> cases[] = {{LimiterFault::never_trips, "the limiter did not trip"},
+                                                        {LimiterFault::trips_late, "the limiter tripped late"},
+                                                        {LimiterFault::trips_early, "the limiter tripped early"},
+                                                        {LimiterFault::resets_itself, "the limiter reset itself"}};
+  for (const auto& [fault, cause] : cases) {
+    ProveBench other(read_limiter_rig());
+    other.instruments->change_limiter([&](auto& limiter) { limiter.inject(fault); });
+    auto environment = other.environment();
+    environment.ask = [&, ask = environment.ask](const std::string& question) {
+      other.obeys = other.questions.empty();
+      return ask(question);
+    };
+    const auto plan = plan_limiter_proof(other.rig, other.chamber().air).value();
+    const auto result = prove_limiter(plan, other.guarded(), environment);
+    EXPECT_EQ(result.verdict, ProofVerdict::failed) << cause;
+    EXPECT_EQ(result.cause.find(cause), 0u) << result.cause;
+    EXPECT_NE(result.cause.find("did not confirm that the limiter was set back"), std::string::npos) << result.cause;
+  }
+}
+
+TEST_F(LimiterProof, IsInterruptedWhenOperatorDoesNotConfirmResetAfterGoodTrip) {
+  auto environment = bench.environment();
+  environment.ask = [&, ask = environment.ask](const std::string& question) {
+    bench.obeys = bench.questions.empty();
+    return ask(question);
+  };
+  EXPECT_EQ(prove(simulator::LimiterFault::none, environment).verdict, ProofVerdict::interrupted);
+}
+
+TEST_F(LimiterProof, KeepsLateTripWhenInterruptedAfterIt) {
+  const auto stop = [&] { bench.interrupted_after = Duration::zero(); };
+  const auto late = prove(simulator::LimiterFault::trips_late, environment_with("trip, seen by", stop));
+  EXPECT_EQ(late.verdict, ProofVerdict::failed);
+  EXPECT_EQ(late.cause.find("the limiter tripped late"), 0u) << late.cause;
+  EXPECT_NE(late.cause.find("; the operator stopped the test"), std::string::npos) << late.cause;
+}
+
+TEST_F(LimiterProof, IsInterruptedAfterTripInBand) {
+  const auto stop = [&] { bench.interrupted_after = Duration::zero(); };
+  const auto result = prove(simulator::LimiterFault::none, environment_with("trip, seen by", stop));
+  EXPECT_EQ(result.verdict, ProofVerdict::interrupted);
+  EXPECT_EQ(result.cause, "the operator stopped the test");
+}
+
+TEST_F(LimiterProof, NamesOnlyCauseWhenChamberDiesAfterGoodTrip) {
+  auto environment = environment_with("still tripped", [&] {
+    bench.rig.chamber_line = "tcp://127.0.0.1:1";
+    bench.instruments.reset();
+  });
+  environment.wait = [&](Duration time) {
+    if (bench.instruments) bench.wait(time);
+  };
+  const auto result = prove(simulator::LimiterFault::none, environment);
+  EXPECT_EQ(result.verdict, ProofVerdict::failed);
+  EXPECT_EQ(result.cause, "the chamber does not show its safe set point");
+}
+
+TEST_F(LimiterProof, DescribesAirThatSettlesNearSetting) {
+  const std::tuple<double, const char*> cases[] = {
+      {28, "the air did not reach the limiter's setting of 30 °C in 20 min 00 s: 2"},
+      {31, "the air did not exceed the limiter's setting of 30 °C by 3 K in 20 min 00 s: 3"},
+      {35, "the limiter did not trip: it was set to 30 °C and the air reached 3"}};
+  for (const auto& [set_point, cause] : cases) {
+    ProveBench other(read_limiter_rig());
+    other.instruments->change_limiter([](auto& limiter) { limiter.inject(simulator::LimiterFault::never_trips); });
+    auto plan = plan_limiter_proof(other.rig, other.chamber().air).value();
+    plan.set_point = {set_point};
+    plan.within = std::chrono::minutes(20);
+    const auto result = prove_limiter(plan, other.guarded(), other.environment());
+    EXPECT_EQ(result.verdict, ProofVerdict::failed);
+    EXPECT_EQ(result.cause.find(cause), 0u) << result.cause;
   }
 }
 

@@ -119,6 +119,7 @@ constexpr Phrase kPhrases[] = {
     {"opened, reads open", "geöffnet, meldet offen"},
     {"closed, reads closed", "geschlossen, meldet geschlossen"},
     {"closed again", "wieder geschlossen"},
+    {"it left no trace", "sie hinterließ keine Spur"},
     {"the guard left no trace: it did not act", "die Wache hinterließ keine Spur: sie griff nicht ein"},
     {"the guard did not confirm that the chamber is safe: ",
      "die Wache bestätigte nicht, dass die Kammer sicher ist: "},

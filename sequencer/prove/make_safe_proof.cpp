@@ -17,7 +17,6 @@ namespace {
 
 constexpr Kelvins kTestStep{5};
 constexpr Duration kPollEvery = std::chrono::milliseconds(200);
-constexpr Duration kShowWithin = std::chrono::seconds(60);
 constexpr Duration kReturnWithin = std::chrono::minutes(2);
 
 /// Interval of readings on a line that the guard cannot use meanwhile.
@@ -88,6 +87,14 @@ class GuardDrill {
     log.read("confirmed by the guard after", fmt::format("{:.1f} s", *confirmed));
     return "";
   }
+  /// Waits until the guard of a dead program needs the chamber's line no more. Returns false if it may still need it.
+  bool await_guard() {
+    if (watchdog::was_released(record_)) return true;  // the program died before it armed a guard
+    const auto cause =
+        await(times.safe, [&] { return trace().has_value(); }) ? await_confirmation() : "it left no trace";
+    if (!cause.empty()) log.read("guard reports", cause);
+    return cause.empty();
+  }
   [[nodiscard]] const std::string& last() const { return last_; }
   [[nodiscard]] bool is_answering() const { return is_answering_; }
   [[nodiscard]] bool is_exclusive() const { return is_exclusive_; }
@@ -110,7 +117,7 @@ Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::strin
   const auto set_point = test_set_point(driven);
   auto child = DrivenChild::start(driven, record, set_point);
   if (!child) return child;
-  if (!drill.is_exclusive() && !drill.await(kShowWithin, [&] { return drill.shows(set_point); }))
+  if (!drill.is_exclusive() && !drill.await(drill.times.show, [&] { return drill.shows(set_point); }))
     return failure(FaultKind::mismatch, "child run", "the chamber did not show its set point: " + drill.last());
   drill.log.read("program drives the chamber to", celsius_text(set_point));
   return child;
@@ -181,14 +188,17 @@ ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, 
   drill.log.limit("safe set point and mode after the program was killed", format_duration(times.safe));
   drill.log.limit("air observed by the guard", format_duration(rig.safe_observe));
   auto child = start_and_watch(rig, record, drill);
-  if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
+  const auto fail = [&](const std::string& cause) {
+    (void)drill.await_guard();
+    return drill.log.end(ProofVerdict::failed, cause);
+  };
+  if (!child) return fail(text(child.error()));
   child->kill();
   drill.log.read("program", "killed");
   const auto safe = drill.await(times.safe, [&] { return drill.is_safe(); });
   if (!safe)
-    return drill.log.end(ProofVerdict::failed,
-                         fmt::format("the chamber was not safe {} after the program was killed: {}; {}",
-                                     format_duration(times.safe), drill.last(), drill.guard_words()));
+    return fail(fmt::format("the chamber was not safe {} after the program was killed: {}; {}",
+                            format_duration(times.safe), drill.last(), drill.guard_words()));
   drill.log.read("safe after", fmt::format("{:.1f} s; {}", *safe, drill.last()));
   const auto cause = drill.await_confirmation();
   if (!cause.empty()) return drill.log.end(ProofVerdict::failed, cause);
@@ -214,7 +224,12 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
     drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + times.relay));
   drill.log.limit("safe set point and mode after the line returned", format_duration(times.safe));
   auto child = start_and_watch(driven, record, drill);
-  if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
+  // The guard of a dead program reaches the chamber only through the forwarder.
+  const auto fail = [&](const std::string& cause) {
+    if (!drill.await_guard()) line->leave_to_guard();
+    return drill.log.end(ProofVerdict::failed, cause);
+  };
+  if (!child) return fail(text(child.error()));
   line->cut();
   child->kill();
   drill.log.read("line and program", "line cut, program killed");
@@ -223,8 +238,9 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
   line->restore();
   const auto returned = await_return(environment, relay.get(), drill);
   if (cause.empty()) cause = returned;
-  const auto confirmed = returned.empty() ? drill.await_confirmation() : "";
-  if (cause.empty()) cause = confirmed;
+  if (!cause.empty()) return fail(cause);
+  cause = drill.await_confirmation();
+  if (!cause.empty()) line->leave_to_guard();
   return drill.log.end(cause.empty() ? ProofVerdict::passed : ProofVerdict::failed, cause);
 }
 

@@ -18,6 +18,8 @@ inline constexpr Duration kStatedSafeTime = std::chrono::seconds(20);
 
 /// Limits of the tests; other values are for tests of the tests.
 struct GuardTimes {
+  /// Time in which the chamber shows the set point of the program.
+  Duration show = std::chrono::seconds(60);
   Duration safe = kStatedSafeTime;
   /// Time that the guard has for its trace after the air was observed.
   Duration confirm = std::chrono::seconds(60);
@@ -36,7 +38,9 @@ struct GuardTimes {
                                           const DrillEnvironment& environment, const GuardTimes& times = {});
 
 /// Does the same through a line that is cut before the program is killed. With [safe.also], the guard must open the
-/// relay; it is closed again once the chamber is safe. After the line has returned, the chamber must become safe.
+/// relay; it is closed again once the chamber is safe. After the line has returned, the chamber must become safe. Does
+/// not return before the guard has confirmed that, also after a failure; if it does not confirm it in time, the line
+/// stays open for the guard.
 [[nodiscard]] ProofResult prove_line(const rig::RigFile& rig, const std::string& record,
                                      const DrillEnvironment& environment, const GuardTimes& times = {});
 

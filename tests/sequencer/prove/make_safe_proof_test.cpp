@@ -35,6 +35,20 @@ void kill_guards(const std::string& record) {
   }
 }
 
+/// Returns a chamber on a line without an instrument.
+std::unique_ptr<drivers::Chamber> connect_nowhere() {
+  auto rig = relay_rig();
+  rig.chamber_line = "tcp://127.0.0.1:1";
+  return connect_chamber(rig);
+}
+
+/// The guard has left its confirmed trace already.
+void expect_confirmed(const std::string& record) {
+  const auto trace = watchdog::read_trace(record);
+  ASSERT_TRUE(trace && *trace);
+  EXPECT_TRUE((*trace)->confirmed) << describe(**trace);
+}
+
 class GuardProof : public ::testing::Test {
  protected:
   void TearDown() override { kill_guards(record); }
@@ -80,6 +94,42 @@ TEST_F(GuardProof, OpensRelayOnDeadLineAndClosesIt) {
   ASSERT_TRUE(trace && *trace);
   EXPECT_NE((*trace)->relay.find("was opened at "), std::string::npos) << describe(**trace);
   EXPECT_NE(describe(**trace).find("--close-relay"), std::string::npos) << describe(**trace);
+}
+
+/// The guard reaches the chamber through the forwarder, which must not end before the guard has done its work.
+TEST_F(GuardProof, WaitsForGuardWhenProgramIsNotSeenToDrive) {
+  auto environment = bench.environment();
+  environment.connect = [&] { return connect_nowhere(); };
+  auto times = quick;
+  times.show = std::chrono::seconds(1);
+  const auto result = prove_line(bench.rig, record, environment, times);
+  EXPECT_EQ(result.verdict, ProofVerdict::failed);
+  EXPECT_NE(result.cause.find("the chamber did not show its set point"), std::string::npos) << result.cause;
+  expect_confirmed(record);
+  EXPECT_EQ(bench.chamber().set_point, bench.rig.safe_set_point);
+  EXPECT_EQ(relay_refusal_reason(bench.rig, "rig.toml"), "") << "the relay of a healthy chamber stays closed";
+}
+
+TEST_F(GuardProof, WaitsForGuardWhenChamberIsNotSeenSafe) {
+  ProveBench other(relay_rig("[safe]\nobserve = \"6 s\"\n\n"), true);
+  auto environment = other.environment();
+  bool is_cut = false;
+  environment.say = [&](const std::string& words) { is_cut = is_cut || words.find("line cut") != std::string::npos; };
+  environment.connect = [&] { return is_cut ? connect_nowhere() : connect_chamber(other.rig); };
+  auto times = quick;
+  times.confirm = std::chrono::seconds(20);
+  const auto result = prove_line(other.rig, record, environment, times);
+  EXPECT_EQ(result.verdict, ProofVerdict::failed);
+  EXPECT_NE(result.cause, "");
+  expect_confirmed(record);
+  EXPECT_EQ(other.chamber().set_point, other.rig.safe_set_point);
+}
+
+TEST_F(GuardProof, WaitsForNoGuardWhenNoneWasArmed) {
+  auto unreachable = bench.rig;
+  unreachable.chamber_line = "tcp://127.0.0.1:1";
+  EXPECT_EQ(prove_line(unreachable, record, bench.environment(), quick).verdict, ProofVerdict::failed);
+  EXPECT_TRUE(watchdog::was_released(record));
 }
 
 TEST_F(GuardProof, FindsRelayThatSticks) {

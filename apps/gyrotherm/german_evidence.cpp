@@ -181,6 +181,8 @@ constexpr Phrase kPhrases[] = {
     {": the chamber was not left as found: ", ": die Kammer wurde nicht wie vorgefunden hinterlassen: "},
     {": the rig file has changed since these proof tests",
      ": die Prüfstandsdatei wurde seit diesen Prüfungen geändert"},
+    {": a rehearsal on a virtual chamber; it does not count",
+     ": eine Übung an einer virtuellen Kammer; sie zählt nicht"},
     {"proof test ", "Prüfung "},
     {": due since ", ": fällig seit "},
     {" (passed on ", " (bestanden am "},

@@ -38,10 +38,15 @@ struct LastAttempt {
   const ProofResult* result{};
 };
 
-LastAttempt find_last_attempt(const std::vector<FiledProof>& proofs, ProofTest test) {
+/// Returns whether a protocol says something about this rig: a rehearsal on a virtual chamber says nothing about a real
+/// one.
+bool counts_for(const rig::RigFile& rig, const FiledProof& filed) { return rig.simulated || !filed.proof.simulated; }
+
+LastAttempt find_last_attempt(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, ProofTest test) {
   for (auto filed = proofs.rbegin(); filed != proofs.rend(); ++filed)
     for (const auto& result : filed->proof.results)
-      if (result.test == test && (result.verdict == ProofVerdict::passed || result.verdict == ProofVerdict::failed))
+      if (counts_for(rig, *filed) && result.test == test &&
+          (result.verdict == ProofVerdict::passed || result.verdict == ProofVerdict::failed))
         return {&*filed, &result};
   return {};
 }
@@ -143,7 +148,7 @@ std::vector<ProofTest> needed_tests(const rig::RigFile& rig) {
 ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, Duration utc) {
   ProofState state{.is_valid = true};
   for (const auto test : needed_tests(rig)) {
-    auto line = describe_shortcoming(rig, test, find_last_attempt(proofs, test), utc);
+    auto line = describe_shortcoming(rig, test, find_last_attempt(rig, proofs, test), utc);
     if (line.empty()) continue;
     state.is_valid = false;
     state.lines.push_back(std::move(line));
@@ -152,8 +157,11 @@ ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& 
     state.is_valid = false;
     state.lines.push_back(std::move(line));
   }
-  if (proofs.empty()) return state;
-  const auto& newest = proofs.back();
+  const auto last = std::find_if(proofs.rbegin(), proofs.rend(), [&](const auto& one) { return counts_for(rig, one); });
+  if (!proofs.empty() && !counts_for(rig, proofs.back()))
+    state.lines.push_back(proofs.back().folder + ": a rehearsal on a virtual chamber; it does not count");
+  if (last == proofs.rend()) return state;
+  const auto& newest = *last;
   if (!newest.proof.is_as_found) {
     state.is_valid = false;
     state.lines.push_back(

@@ -162,7 +162,8 @@ struct ProofState {
   bool is_valid{};
   std::vector<std::string> lines{};  ///< for people
 };
-/// Looks at the newest result of each test that this rig needs. `utc` is now.
+/// Looks at the newest result of each test that this rig needs. `utc` is now. Ignores rehearsals on a virtual chamber
+/// if the rig is real.
 [[nodiscard]] ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, Duration utc);
 
 /// Returns the tests that this rig can have: no relay test without [safe.also], no cut of a serial line.

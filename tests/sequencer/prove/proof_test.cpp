@@ -26,7 +26,10 @@ class Proofs : public ::testing::Test {
   }
   /// Files a protocol of all tests on a day, chained to the last one.
   std::string file(int day, ProofVerdict verdict = ProofVerdict::passed, const std::string& name = "oven") {
-    Proof proof{.rig = name, .rig_sha256 = sha256(rig.text), .began = civil_time(kVirtualEpoch + day * kDay)};
+    Proof proof{.rig = name,
+                .rig_sha256 = sha256(rig.text),
+                .simulated = is_rehearsal,
+                .began = civil_time(kVirtualEpoch + day * kDay)};
     for (const auto test : needed_tests(rig))
       proof.results.push_back({.test = test, .verdict = verdict, .cause = "why", .began = proof.began});
     proof.previous_sha256 = last;
@@ -42,6 +45,7 @@ class Proofs : public ::testing::Test {
   const tests::TestFolder folder;
   rig::RigFile rig;
   std::string last;
+  bool is_rehearsal = false;
 };
 
 TEST_F(Proofs, AreReadAsWritten) {
@@ -85,6 +89,28 @@ TEST_F(Proofs, OfOtherRigsDoNotCount) {
   file(0, ProofVerdict::passed, "fridge");
   EXPECT_TRUE(find_proofs(rig).empty());
   EXPECT_FALSE(judge(1).is_valid);
+}
+
+TEST_F(Proofs, OfVirtualChamberDoNotCountForRealRig) {
+  is_rehearsal = true;
+  file(0);
+  const auto state = judge(1);
+  EXPECT_FALSE(state.is_valid) << "none was ever passed on the real chamber";
+  EXPECT_NE(state.lines.back().find("a rehearsal on a virtual chamber"), std::string::npos) << state.lines.back();
+  is_rehearsal = false;
+  file(2);
+  is_rehearsal = true;
+  file(4, ProofVerdict::failed);
+  EXPECT_TRUE(judge(5).is_valid) << "a failed rehearsal does not block the real rig";
+  EXPECT_TRUE(list_broken_links(find_proofs(rig)).empty()) << "a rehearsal is a link of the chain";
+}
+
+TEST_F(Proofs, OfVirtualChamberCountForVirtualRig) {
+  rig.simulated = is_rehearsal = true;
+  file(0);
+  EXPECT_TRUE(judge(1).is_valid);
+  file(2, ProofVerdict::failed);
+  EXPECT_FALSE(judge(3).is_valid);
 }
 
 TEST_F(Proofs, FailUntilTestIsPassedAgain) {

@@ -179,6 +179,8 @@ constexpr Phrase kPhrases[] = {
     {", expected ", ", erwartet "},
     // proof tests
     {": the chamber was not left as found: ", ": die Kammer wurde nicht wie vorgefunden hinterlassen: "},
+    {": the protocol cannot be read, restore it or move its folder away: ",
+     ": das Protokoll ist nicht lesbar, es ist wiederherzustellen oder sein Ordner zu entfernen: "},
     {": the rig file has changed since these proof tests",
      ": die Prüfstandsdatei wurde seit diesen Prüfungen geändert"},
     {": a rehearsal on a virtual chamber; it does not count",

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
+#include <tuple>
 
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -40,10 +42,12 @@ struct LastAttempt {
 
 /// Returns whether a protocol says something about this rig: a rehearsal on a virtual chamber says nothing about a real
 /// one.
-bool counts_for(const rig::RigFile& rig, const FiledProof& filed) { return rig.simulated || !filed.proof.simulated; }
+bool counts_for(const rig::RigFile& rig, const FiledProof& filed) {
+  return filed.fault.empty() && (rig.simulated || !filed.proof.simulated);
+}
 
 LastAttempt find_last_attempt(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, ProofTest test) {
-  for (auto filed = proofs.rbegin(); filed != proofs.rend(); ++filed)
+  for (auto filed = proofs.rbegin(); filed != proofs.rend(); ++filed)  // unreadable protocols have no results
     for (const auto& result : filed->proof.results)
       if (counts_for(rig, *filed) && result.test == test &&
           (result.verdict == ProofVerdict::passed || result.verdict == ProofVerdict::failed))
@@ -102,30 +106,71 @@ std::string proofs_folder(const rig::RigFile& rig) {
   return folder.is_absolute() ? folder.string() : (fs::path(parent_folder(rig.file)) / folder).string();
 }
 
+namespace {
+
+/// Returns the rig in the name of a folder, "oven-2026-11-29T195614Z"; empty if the name has another form.
+std::string find_rig_in_folder_name(const fs::path& folder) {
+  const auto name = folder.filename().string();
+  constexpr std::string_view kForm = "-0000-00-00T000000Z";
+  if (name.size() <= kForm.size()) return "";
+  const auto time = std::string_view(name).substr(name.size() - kForm.size());
+  const auto fits = [](char form, char byte) { return form == '0' ? byte >= '0' && byte <= '9' : byte == form; };
+  return std::ranges::equal(kForm, time, fits) ? name.substr(0, name.size() - kForm.size()) : "";
+}
+
+/// Reads the protocol of a folder. Returns nothing if there is none.
+std::optional<FiledProof> read_filed_proof(const fs::path& folder) {
+  const auto path = (folder / kProofFile).string();
+  std::error_code error;
+  FiledProof filed{.folder = folder.string(),
+                   .proof = {},
+                   .sha256 = {},
+                   .fault = {},
+                   .is_signed = fs::exists(folder / kProofSignatureFile, error)};
+  const auto text = read_text_file_if_any(path, kLargestText, Links::followed);
+  if (text && !*text) return std::nullopt;
+  if (!text) {
+    filed.fault = gyrotherm::text(text.error());
+    return filed;
+  }
+  filed.sha256 = sha256(**text);
+  if (auto proof = parse_proof(**text, path))
+    filed.proof = std::move(*proof);
+  else
+    filed.fault = gyrotherm::text(proof.error());
+  return filed;
+}
+
+}  // namespace
+
 std::vector<FiledProof> find_proofs(const rig::RigFile& rig) {
   std::vector<FiledProof> proofs;
+  std::error_code error;
   for (const auto& folder : list_folder(proofs_folder(rig))) {
-    const auto path = (folder / kProofFile).string();
-    const auto text = read_text_file_if_any(path, kLargestText, Links::followed);
-    if (!text || !*text) continue;
-    auto proof = parse_proof(**text, path);
-    if (!proof || proof->rig != rig.name) continue;
-    std::error_code error;
-    proofs.push_back({.folder = folder.string(),
-                      .proof = std::move(*proof),
-                      .sha256 = sha256(**text),
-                      .is_signed = fs::exists(folder / kProofSignatureFile, error)});
+    if (!fs::is_directory(folder, error)) continue;
+    auto filed = read_filed_proof(folder);
+    if (!filed) continue;
+    const auto name = filed->fault.empty() ? filed->proof.rig : find_rig_in_folder_name(folder);
+    const bool may_be_ours = name == rig.name || (!filed->fault.empty() && name.empty());
+    if (may_be_ours) proofs.push_back(std::move(*filed));
   }
-  std::ranges::sort(proofs, [](const auto& one, const auto& other) {
-    return std::pair(one.proof.began, one.folder) < std::pair(other.proof.began, other.folder);
-  });
+  const auto key = [](const FiledProof& filed) {
+    return std::tuple(!filed.fault.empty(), filed.proof.began, filed.folder);
+  };
+  std::ranges::sort(proofs, {}, key);
   return proofs;
+}
+
+const FiledProof* find_newest(const std::vector<FiledProof>& proofs) {
+  const auto newest = std::find_if(proofs.rbegin(), proofs.rend(), [](const auto& one) { return one.fault.empty(); });
+  return newest == proofs.rend() ? nullptr : &*newest;
 }
 
 std::vector<std::string> list_broken_links(const std::vector<FiledProof>& proofs) {
   std::vector<std::string> broken;
   std::string expected;
   for (const auto& filed : proofs) {
+    if (!filed.fault.empty()) continue;
     if (filed.proof.previous_sha256 != expected)
       broken.push_back(fmt::format("{}: the previous protocol {} or was changed since", filed.folder,
                                    expected.empty() ? "is missing" : "is another one"));
@@ -153,13 +198,19 @@ ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& 
     state.is_valid = false;
     state.lines.push_back(std::move(line));
   }
+  for (const auto& filed : proofs) {
+    if (filed.fault.empty()) continue;
+    state.is_valid = false;
+    state.lines.push_back(fmt::format("{}: the protocol cannot be read, restore it or move its folder away: {}",
+                                      filed.folder, filed.fault));
+  }
   for (auto& line : list_broken_links(proofs)) {
     state.is_valid = false;
     state.lines.push_back(std::move(line));
   }
   const auto last = std::find_if(proofs.rbegin(), proofs.rend(), [&](const auto& one) { return counts_for(rig, one); });
-  if (!proofs.empty() && !counts_for(rig, proofs.back()))
-    state.lines.push_back(proofs.back().folder + ": a rehearsal on a virtual chamber; it does not count");
+  if (const auto* shown = find_newest(proofs); shown != nullptr && !counts_for(rig, *shown))
+    state.lines.push_back(shown->folder + ": a rehearsal on a virtual chamber; it does not count");
   if (last == proofs.rend()) return state;
   const auto& newest = *last;
   if (!newest.proof.is_as_found) {

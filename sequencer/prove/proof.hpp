@@ -146,19 +146,24 @@ struct FiledProof {
   std::string folder;
   Proof proof;
   std::string sha256;  ///< digest of proof.json
-  bool is_signed{};    ///< a signature is there; it is not verified
+  /// Why proof.json could not be read or parsed; `proof` is then empty. Empty: it was read.
+  std::string fault;
+  bool is_signed{};  ///< a signature is there; it is not verified
 };
 
 /// Returns the folder of the protocols of a rig: beside the rig file, or for a shipped rig in the working folder.
 [[nodiscard]] std::string proofs_folder(const rig::RigFile& rig);
-/// Returns the protocols of this rig, oldest first. Skips files that are not protocols.
+/// Returns the protocols of this rig, oldest first, then those that cannot be read. Skips folders without a protocol,
+/// protocols of other rigs, and unreadable ones whose folder has the name of another rig.
 [[nodiscard]] std::vector<FiledProof> find_proofs(const rig::RigFile& rig);
-/// Returns the protocols whose predecessor is missing or was changed, as sentences.
+/// Returns the newest protocol that could be read; null: there is none.
+[[nodiscard]] const FiledProof* find_newest(const std::vector<FiledProof>& proofs);
+/// Returns the protocols whose predecessor is missing or was changed, as sentences. Ignores unreadable protocols.
 [[nodiscard]] std::vector<std::string> list_broken_links(const std::vector<FiledProof>& proofs);
 
 /// The state of the proof tests of a rig on a day.
 struct ProofState {
-  /// False if a test is due, was never passed, or failed at its last attempt.
+  /// False if a test is due, was never passed, or failed at its last attempt, or if a protocol cannot be read.
   bool is_valid{};
   std::vector<std::string> lines{};  ///< for people
 };

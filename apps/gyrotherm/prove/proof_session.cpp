@@ -49,9 +49,10 @@ class ProofSession {
               .version = GYROTHERM_VERSION,
               .operator_name = order_.operator_name,
               .began = civil_time(clock_.now().utc)};
-    if (const auto before = prove::find_proofs(rig_); !before.empty()) {
-      proof_.previous = before.back().folder;
-      proof_.previous_sha256 = before.back().sha256;
+    const auto before = prove::find_proofs(rig_);
+    if (const auto* newest = prove::find_newest(before)) {
+      proof_.previous = newest->folder;
+      proof_.previous_sha256 = newest->sha256;
     }
     const bool moves = std::ranges::any_of(order_.tests, prove::moves_chamber);
     if (moves)

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/clock.hpp"
+#include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "tests/support/folder.hpp"
 
@@ -133,6 +134,40 @@ TEST_F(Proofs, ReportChangedPredecessor) {
   EXPECT_FALSE(judge(11).is_valid);
   std::filesystem::remove(first);
   EXPECT_EQ(list_broken_links(find_proofs(rig)).size(), 1u) << "a missing one is seen, too";
+}
+
+TEST_F(Proofs, AreInvalidIfNewestCannotBeRead) {
+  file(0);
+  const auto newest = file(10, ProofVerdict::failed);
+  const auto whole = read_text_file(newest).value();
+  for (const auto& bad :
+       {whole.substr(0, whole.size() / 2), std::string(), std::string("{}"), std::string("\xff\xfe")}) {
+    std::ofstream(newest) << bad;
+    const auto state = judge(11);
+    EXPECT_FALSE(state.is_valid) << bad;
+    ASSERT_FALSE(state.lines.empty());
+    EXPECT_NE(state.lines.at(0).find("proofs/1010: the protocol cannot be read"), std::string::npos) << state.lines[0];
+    EXPECT_EQ(find_newest(find_proofs(rig))->folder, folder / "proofs/1000") << "the chain continues from it";
+  }
+  std::filesystem::remove_all(std::filesystem::path(newest).parent_path());
+  EXPECT_TRUE(judge(11).is_valid) << "its folder was moved away";
+}
+
+TEST_F(Proofs, AreInvalidIfFileIsFolder) {
+  file(0);
+  std::filesystem::create_directories(folder / "proofs/oven-2026-01-05T000000Z/proof.json");
+  EXPECT_FALSE(judge(6).is_valid);
+}
+
+TEST_F(Proofs, OfOtherRigsMayBeUnreadable) {
+  file(0);
+  const auto place = folder / "proofs/fridge-2026-01-05T000000Z";
+  std::filesystem::create_directories(place);
+  std::ofstream(place + "/" + kProofFile) << "{";
+  std::filesystem::create_directories(folder / "proofs/empty");
+  std::ofstream(folder / "proofs/notes.txt") << "no protocol";
+  EXPECT_TRUE(judge(6).is_valid);
+  EXPECT_EQ(find_proofs(rig).size(), 1u);
 }
 
 TEST_F(Proofs, SayThatTheyAreUnsignedAndRigChanged) {

@@ -80,7 +80,8 @@ ProofVerdict overall_verdict(const Proof& proof) {
   };
   if (has(ProofVerdict::failed) || !proof.is_as_found) return ProofVerdict::failed;
   if (has(ProofVerdict::interrupted)) return ProofVerdict::interrupted;
-  return has(ProofVerdict::passed) ? ProofVerdict::passed : ProofVerdict::not_tested;
+  const bool is_complete = has(ProofVerdict::passed) && !has(ProofVerdict::not_tested);
+  return is_complete ? ProofVerdict::passed : ProofVerdict::not_tested;
 }
 
 std::string to_json(const Proof& proof) { return json_text(make_json(proof), 2) + "\n"; }

@@ -133,8 +133,8 @@ void describe(auto& form, Like<Proof> auto& proof) {
   form("previous_sha256", proof.previous_sha256);
 }
 
-/// Returns failed if a test failed or the chamber is not as found, otherwise interrupted or passed. Tests that were not
-/// carried out do not count.
+/// Returns failed if a test failed or the chamber is not as found, otherwise interrupted if a test was; passed only if
+/// all tests passed. A selected test that could not be carried out makes it not_tested.
 [[nodiscard]] ProofVerdict overall_verdict(const Proof& proof);
 
 [[nodiscard]] std::string to_json(const Proof& proof);

@@ -76,11 +76,10 @@ Result<Exit> file_proof(Console& console, const prove::Proof& proof, const std::
   if (!proof.is_as_found)
     return failure(FaultKind::mismatch, proof.rig_file,
                    "the chamber was not left as it was found: " + proof.restoration);
-  switch (overall_verdict(proof)) {
-    case prove::ProofVerdict::passed: return interrupted() ? Exit::interrupted : Exit::done;
-    case prove::ProofVerdict::interrupted: return Exit::interrupted;
-    default: return Exit::outside_limits;
-  }
+  const auto verdict = overall_verdict(proof);
+  if (verdict == prove::ProofVerdict::failed) return Exit::outside_limits;
+  if (verdict == prove::ProofVerdict::interrupted || interrupted()) return Exit::interrupted;
+  return verdict == prove::ProofVerdict::passed ? Exit::done : Exit::outside_limits;
 }
 
 Result<Exit> prove_rig(Console& console, const ProveArguments& options) {

@@ -126,6 +126,17 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another protocol";
 }
 
+/// The limit of the rig's air leaves no room for the test of the limiter.
+TEST_F(ProofCommand, ExitsWithOneIfTestCannotBeCarriedOut) {
+  auto text = read_text_file(rig).value();
+  replace(text, "limiter_hold = \"10 s\"\n", "limiter_hold = \"10 s\"\nlimiter_at = \"21 °C\"\n");
+  std::ofstream(rig) << text;
+  const auto ran = by_hand("finish");
+  EXPECT_EQ(ran.exit_code, 1) << ran.out;
+  EXPECT_NE(ran.out.find("proof test limiter: not tested"), std::string::npos) << ran.out;
+  EXPECT_NE(read_text_file(newest_protocol() + "/proof.json").value_or("").find("\"not tested\""), std::string::npos);
+}
+
 /// The rig file describes real instruments, but the chamber identifies itself as a virtual one.
 TEST_F(ProofCommand, MarksProtocolOfServedChamberAsSimulated) {
   EXPECT_EQ(read_text_file(rig).value_or("").find("simulated"), std::string::npos) << "not in the rig file";

@@ -65,6 +65,26 @@ TEST_F(Proofs, AreReadAsWritten) {
   EXPECT_NE(to_json(proof).find("\"schema\": \"gyrotherm-proof/1\""), std::string::npos);
 }
 
+TEST_F(Proofs, PassOnlyIfAllSelectedTestsPassed) {
+  using enum ProofVerdict;
+  const std::pair<std::vector<ProofVerdict>, ProofVerdict> cases[] = {
+      {{passed, passed}, passed},
+      {{passed}, passed},
+      {{passed, not_tested}, not_tested},
+      {{not_tested}, not_tested},
+      {{}, not_tested},
+      {{not_tested, interrupted, passed}, interrupted},
+      {{failed, interrupted, not_tested, passed}, failed},
+  };
+  for (const auto& [verdicts, expected] : cases) {
+    Proof proof;
+    for (const auto verdict : verdicts) proof.results.push_back({.verdict = verdict});
+    EXPECT_EQ(overall_verdict(proof), expected) << verdicts.size();
+    proof.is_as_found = false;
+    EXPECT_EQ(overall_verdict(proof), failed);
+  }
+}
+
 TEST_F(Proofs, RefuseOtherTexts) {
   const auto good = to_json(Proof{.rig = "oven"});
   auto other = good;

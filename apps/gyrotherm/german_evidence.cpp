@@ -134,6 +134,9 @@ constexpr Phrase kPhrases[] = {
     {" after the line returned", " nach der Rückkehr der Leitung"},
     {"the relay is open already", "das Relais ist schon offen"},
     {"the relay cannot be read: ", "das Relais lässt sich nicht lesen: "},
+    {"the chamber does not show its set point and its mode: ", "die Kammer zeigt Sollwert und Betriebsart nicht: "},
+    {"the chamber does not show its set point: ", "die Kammer zeigt ihren Sollwert nicht: "},
+    {"it is left at the safe set point of ", "sie bleibt auf dem sicheren Sollwert von "},
     // state of a chamber: "set point 20 °C, air 19.99 °C, running"
     {" °C, air ", " °C, Luft "},
     {" °C, running", " °C, läuft"},

@@ -79,9 +79,18 @@ Result<void> ChamberSnapshot::restore(drivers::Registers& registers, drivers::Ch
   return {};
 }
 
+std::string ChamberSnapshot::describe_lost_state(Celsius safe) const {
+  if (!std::isnan(state_.set_point.value)) return "";
+  const bool is_unknown = state_.activity == ChamberActivity::unknown;
+  return fmt::format("the chamber does not show its set point{}: it is left at the safe set point of {:g} °C",
+                     is_unknown ? " and its mode" : "", safe.value);
+}
+
 std::string refusal_reason(const ChamberState& state) {
   if (has_alarm(state))
     return fmt::format("the chamber reports an alarm: {}", state.alarms.empty() ? "unnamed" : state.alarms.front());
+  if (state.activity == ChamberActivity::running && std::isnan(state.set_point.value))
+    return "the chamber runs and does not show its set point, which could not be restored; switch it off first";
   switch (state.activity) {
     case ChamberActivity::off:
     case ChamberActivity::running:

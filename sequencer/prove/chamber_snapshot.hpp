@@ -28,7 +28,12 @@ class ChamberSnapshot {
   [[nodiscard]] Result<std::vector<ProofRegister>> compare(drivers::Registers& registers) const;
   /// Returns the chamber to the mode and the set point in which it was found, then writes every item that still
   /// differs. A chamber that was off is switched off first. Fails with mismatch if a register keeps another content.
+  /// Does not restore what the chamber does not show: see describe_lost_state().
   [[nodiscard]] Result<void> restore(drivers::Registers& registers, drivers::Chamber& chamber) const;
+
+  /// Describes what a test of this chamber changes for good, because the chamber did not show it; empty: nothing.
+  /// `safe` is the set point that the tests leave.
+  [[nodiscard]] std::string describe_lost_state(Celsius safe) const;
 
  private:
   using Words = std::vector<std::uint16_t>;

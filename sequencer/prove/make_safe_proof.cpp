@@ -33,6 +33,7 @@ class GuardDrill {
         record_(record),
         environment_(environment),
         is_exclusive_(is_exclusive_line(rig)),
+        goal_(watchdog::safe_goal(rig.chamber_map, rig.safe_set_point, {})),
         log(test, environment) {}
 
   const GuardTimes times;
@@ -58,12 +59,14 @@ class GuardDrill {
     const auto state = look();
     return state && std::abs((state->set_point - set_point).value) <= set_point_tolerance(rig_.chamber_map).value;
   }
-  /// Returns true if the chamber shows the safe set point and a safe mode.
+  /// Returns true if the chamber shows the safe set point and a safe mode. If the set point cannot be read back, the
+  /// guard's trace must state that the chamber acknowledged it.
   bool is_safe() {
     if (is_exclusive_ && !trace()) return false;
     const auto state = look();
     if (!state) return false;
-    watchdog::SafeEvidence evidence(watchdog::safe_goal(rig_.chamber_map, rig_.safe_set_point, {}));
+    watchdog::SafeEvidence evidence(goal_);
+    if (!goal_.reads_back && is_acknowledged()) evidence.acknowledge(watchdog::SafeAction::set_point);
     evidence.add_reading(*state, {});
     return evidence.has_shown_set_point() && evidence.has_shown_mode();
   }
@@ -98,12 +101,20 @@ class GuardDrill {
   [[nodiscard]] const std::string& last() const { return last_; }
   [[nodiscard]] bool is_answering() const { return is_answering_; }
   [[nodiscard]] bool is_exclusive() const { return is_exclusive_; }
+  /// Returns whether a new connection can read the set point.
+  [[nodiscard]] bool reads_back() const { return goal_.reads_back; }
 
  private:
+  [[nodiscard]] bool is_acknowledged() const {
+    const auto found = trace();
+    return found && found->details.find(watchdog::shown_set_point(goal_)) != std::string::npos;
+  }
+
   const rig::RigFile& rig_;
   const std::string& record_;
   const DrillEnvironment& environment_;
   const bool is_exclusive_;
+  const watchdog::SafeGoal goal_;
   std::string last_ = "not read";
   bool is_answering_ = false;
 
@@ -112,12 +123,13 @@ class GuardDrill {
 };
 
 /// Starts the program and waits until the chamber shows its set point. On an exclusive line only the program can read
-/// it.
+/// it, and some chambers only acknowledge it.
 Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::string& record, GuardDrill& drill) {
   const auto set_point = test_set_point(driven);
   auto child = DrivenChild::start(driven, record, set_point);
   if (!child) return child;
-  if (!drill.is_exclusive() && !drill.await(drill.times.show, [&] { return drill.shows(set_point); }))
+  const bool can_look = !drill.is_exclusive() && drill.reads_back();
+  if (can_look && !drill.await(drill.times.show, [&] { return drill.shows(set_point); }))
     return failure(FaultKind::mismatch, "child run", "the chamber did not show its set point: " + drill.last());
   drill.log.read("program drives the chamber to", celsius_text(set_point));
   return child;

@@ -78,7 +78,7 @@ ProofVerdict overall_verdict(const Proof& proof) {
   const auto has = [&](ProofVerdict verdict) {
     return std::ranges::any_of(proof.results, [&](const auto& result) { return result.verdict == verdict; });
   };
-  if (has(ProofVerdict::failed) || !proof.is_as_found) return ProofVerdict::failed;
+  if (has(ProofVerdict::failed) || has_failed_restoration(proof)) return ProofVerdict::failed;
   if (has(ProofVerdict::interrupted)) return ProofVerdict::interrupted;
   const bool is_complete = has(ProofVerdict::passed) && !has(ProofVerdict::not_tested);
   return is_complete ? ProofVerdict::passed : ProofVerdict::not_tested;
@@ -214,7 +214,7 @@ ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& 
     state.lines.push_back(shown->folder + ": a rehearsal on a virtual chamber; it does not count");
   if (last == proofs.rend()) return state;
   const auto& newest = *last;
-  if (!newest.proof.is_as_found) {
+  if (has_failed_restoration(newest.proof)) {
     state.is_valid = false;
     state.lines.push_back(
         fmt::format("{}: the chamber was not left as found: {}", newest.folder, newest.proof.restoration));

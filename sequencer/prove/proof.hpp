@@ -108,7 +108,9 @@ struct Proof {
   std::vector<ProofRegister> registers{};
   /// The chamber was left as it was found.
   bool is_as_found = true;
-  /// Why it was not; may be empty.
+  /// False if it was left safe instead, because it does not show the set point with which it was found.
+  bool is_restorable = true;
+  /// Why it was not left as found; may be empty.
   std::string restoration{};
   /// Folder and digest of the previous protocol of this rig; empty: there was none.
   std::string previous{}, previous_sha256{};
@@ -128,12 +130,18 @@ void describe(auto& form, Like<Proof> auto& proof) {
   form("results", proof.results);
   form("registers", proof.registers);
   form("is_as_found", proof.is_as_found);
+  form.if_present("is_restorable", !proof.is_restorable, proof.is_restorable);
   form("restoration", proof.restoration);
   form("previous", proof.previous);
   form("previous_sha256", proof.previous_sha256);
 }
 
-/// Returns failed if a test failed or the chamber is not as found, otherwise interrupted if a test was; passed only if
+/// Returns whether the chamber should have been restored, and was not.
+[[nodiscard]] inline bool has_failed_restoration(const Proof& proof) {
+  return !proof.is_as_found && proof.is_restorable;
+}
+
+/// Returns failed if a test failed or the chamber was not restored, otherwise interrupted if a test was; passed only if
 /// all tests passed. A selected test that could not be carried out makes it not_tested.
 [[nodiscard]] ProofVerdict overall_verdict(const Proof& proof);
 

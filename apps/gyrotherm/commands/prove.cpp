@@ -73,7 +73,7 @@ Result<Exit> file_proof(Console& console, const prove::Proof& proof, const std::
     if (auto done = sign_protocol(folder, proof_protocol(), key); !done) return failure(done.error());
   console.print_report(console.json ? to_json(proof) : outcome_lines(proof));
   console.print_message(fmt::format("{}: protocol{}", folder, key.key_file.empty() ? ", UNSIGNED" : ", signed"));
-  if (!proof.is_as_found)
+  if (has_failed_restoration(proof))
     return failure(FaultKind::mismatch, proof.rig_file,
                    "the chamber was not left as it was found: " + proof.restoration);
   const auto verdict = overall_verdict(proof);

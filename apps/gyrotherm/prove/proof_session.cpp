@@ -207,6 +207,14 @@ class ProofSession {
     return longest;
   }
 
+  /// Returns whether a test has sent a set point.
+  [[nodiscard]] bool has_commanded() const {
+    return std::ranges::any_of(proof_.results, [](const ProofResult& result) {
+      return moves_chamber(result.test) && result.test != ProofTest::relay &&
+             result.verdict != ProofVerdict::not_tested;
+    });
+  }
+
   /// Returns the chamber to the state in which it was found. After a failed test, sends the safe set point first.
   void restore() {
     const auto give_up = [&](const std::string& why) {
@@ -218,8 +226,9 @@ class ProofSession {
     if (ownership_ && ownership_->is_armed()) return give_up("the guard makes the chamber safe");
     if (auto locked = lock_chamber("restoration"); !locked) return give_up(text(locked.error()));
     const auto [registers, chamber] = prove::connect_with_registers(rig_);
+    const auto lost = has_commanded() ? found_->describe_lost_state(rig_.safe_set_point) : "";
     const bool failed = overall_verdict(proof_) == ProofVerdict::failed;
-    if (failed)
+    if (failed || !lost.empty())
       if (const auto sent = chamber->send_set_point_immediately(rig_.safe_set_point); !sent)
         return give_up(text(sent.error()));
     if (const auto restored = found_->restore(*registers, *chamber); !restored) return give_up(text(restored.error()));
@@ -228,7 +237,9 @@ class ProofSession {
     proof_.registers = std::move(*compared);
     for (const auto& one : proof_.registers)
       if (one.before != one.after) return give_up(fmt::format("{} is {}, was {}", one.item, one.after, one.before));
-    if (const auto why = prove::relay_refusal_reason(rig_, rig_.file); !why.empty()) give_up(why);
+    if (const auto why = prove::relay_refusal_reason(rig_, rig_.file); !why.empty()) return give_up(why);
+    proof_.is_restorable = lost.empty();
+    if (!lost.empty()) give_up(lost);
   }
 
   Console& console_;

@@ -23,6 +23,8 @@ TEST(GermanEvidence, TranslatesKnownPhrases) {
       {"the chamber was not safe 60 s after the line returned: set point 20 °C, air 30.10 °C, door open",
        "die Kammer war nicht sicher 60 s nach der Rückkehr der Leitung: Sollwert 20 °C, Luft 30,10 °C, Tür offen"},
       {"the chamber did not take the set point: timeout", "die Kammer nahm den Sollwert nicht an: timeout"},
+      {"the chamber does not show its set point and its mode: it is left at the safe set point of 22.5 °C",
+       "die Kammer zeigt Sollwert und Betriebsart nicht: sie bleibt auf dem sicheren Sollwert von 22,5 °C"},
       {"the air did not exceed the limiter's setting of 50 °C by 3 K in 30 min 00 s: 51.20 °C",
        "die Luft überschritt nicht die Einstellung des Begrenzers von 50 °C um 3 K in 30 min 00 s: 51,20 °C"},
       {"file system: ext4, blocks of 4096 bytes; disk: /data: 12.5 GB free, 900 inodes",

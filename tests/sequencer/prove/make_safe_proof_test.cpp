@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "sequencer/watchdog/safe_state_file.hpp"
@@ -144,6 +145,59 @@ TEST_F(GuardProof, FindsRelayThatSticks) {
   EXPECT_NE(line.cause.find("the guard did not open the relay: it reads closed"), std::string::npos) << line.cause;
   EXPECT_NE(line.cause.find("it sticks"), std::string::npos) << line.cause;
   EXPECT_EQ(bench.chamber().set_point, bench.rig.safe_set_point) << "the guard still made the chamber safe";
+}
+
+/// Chambers whose set point can only be written.
+class UnreadableSetPoint : public ::testing::TestWithParam<const char*> {
+ protected:
+  void TearDown() override { kill_guards(record); }
+
+  const tests::TestFolder folder;
+  const std::string record = folder / "child.db";
+  ProveBench bench{read_rig_with_map(std::string(GYROTHERM_SOURCE_DIR "/profiles/chambers/") + GetParam() + ".toml"),
+                   true};
+};
+
+TEST_P(UnreadableSetPoint, PassesMakeSafe) {
+  ASSERT_TRUE(std::isnan(bench.chamber().set_point.value));
+  const auto result = prove_make_safe(bench.rig, record, bench.environment());
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+}
+
+TEST_P(UnreadableSetPoint, FailsMakeSafeWithoutGuard) {
+  auto environment = bench.environment();
+  environment.say = [&](const std::string& words) {
+    if (words.find("program drives the chamber") != std::string::npos) kill_guards(record);
+  };
+  const GuardTimes times{.safe = std::chrono::seconds(2), .confirm = std::chrono::seconds(2)};
+  EXPECT_EQ(prove_make_safe(bench.rig, record, environment, times).verdict, ProofVerdict::failed);
+}
+
+TEST_P(UnreadableSetPoint, IsStatedAsLost) {
+  const auto [registers, chamber] = connect_with_registers(bench.rig);
+  const auto found = ChamberSnapshot::take(bench.rig.chamber_map, *registers, *chamber).value();
+  EXPECT_EQ(refusal_reason(found.state()), "");
+  EXPECT_NE(found.describe_lost_state({20}).find("left at the safe set point of 20 °C"), std::string::npos);
+  auto running = found.state();
+  running.activity = ChamberActivity::running;
+  EXPECT_NE(refusal_reason(running).find("switch it off first"), std::string::npos) << refusal_reason(running);
+  running.set_point = {20};
+  EXPECT_EQ(refusal_reason(running), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, UnreadableSetPoint, ::testing::Values("yinhe", "umc1200"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST_F(GuardProof, PassesLineWithUnreadableSetPoint) {
+  ProveBench other(read_rig_with_map(GYROTHERM_SOURCE_DIR "/profiles/chambers/yinhe.toml"), true);
+  const auto result = prove_line(other.rig, record, other.environment(), {.dead_line = std::chrono::seconds(1)});
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+}
+
+TEST_F(GuardProof, ReadableSetPointIsNotLost) {
+  const auto [registers, chamber] = connect_with_registers(bench.rig);
+  const auto found = ChamberSnapshot::take(bench.rig.chamber_map, *registers, *chamber).value();
+  EXPECT_EQ(found.describe_lost_state({20}), "");
 }
 
 TEST_F(GuardProof, ProvesTextRelay) {

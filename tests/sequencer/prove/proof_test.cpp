@@ -85,6 +85,21 @@ TEST_F(Proofs, PassOnlyIfAllSelectedTestsPassed) {
   }
 }
 
+/// A chamber that does not show its set point cannot be restored, and its proofs must still be able to pass.
+TEST_F(Proofs, StayValidIfChamberCannotBeRestored) {
+  Proof proof{.is_as_found = false, .is_restorable = false, .restoration = "left safe"};
+  proof.results.push_back({.verdict = ProofVerdict::passed});
+  EXPECT_EQ(overall_verdict(proof), ProofVerdict::passed);
+  const auto read = parse_proof(to_json(proof), "proof.json");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_FALSE(read->is_as_found);
+  EXPECT_FALSE(read->is_restorable);
+  proof.is_restorable = true;
+  EXPECT_EQ(overall_verdict(proof), ProofVerdict::failed);
+  EXPECT_EQ(to_json(proof).find("is_restorable"), std::string::npos) << "as in protocols of earlier versions";
+  EXPECT_TRUE(parse_proof(to_json(proof), "proof.json")->is_restorable);
+}
+
 TEST_F(Proofs, RefuseOtherTexts) {
   const auto good = to_json(Proof{.rig = "oven"});
   auto other = good;

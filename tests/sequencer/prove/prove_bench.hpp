@@ -28,6 +28,18 @@ inline rig::RigFile read_limiter_rig(const std::string& more = "") {
   return rig::parse_rig(text, file).value();
 }
 
+/// Returns the virtual rig with another map of the chamber and without a watch of the air.
+inline rig::RigFile read_rig_with_map(const std::string& path) {
+  const std::string file = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml";
+  auto text = read_text_file(file).value();
+  const std::string map = "../chambers/virtual.toml";
+  text.replace(text.find(map), map.size(), path);
+  text.insert(text.find("[[thermometer]]"), "[safe]\nobserve = \"0 s\"\n\n");
+  auto rig = rig::parse_rig(text, file);
+  EXPECT_TRUE(rig) << gyrotherm::text(rig.error());
+  return std::move(*rig);
+}
+
 /// Virtual time unless `is_real_time`: each wait advances the laboratory by the time.
 class ProveBench {
  public:

@@ -2,6 +2,7 @@
 /// Proof tests of chambers on a serial line, which only one program can open at a time. The line is a pseudo-terminal.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "sequencer/watchdog/safe_state_file.hpp"
@@ -18,8 +19,6 @@ struct SerialCase {
 
 /// Returns the virtual rig with another chamber. The map with the limiter gets a serial link; its copy is in `folder`.
 rig::RigFile read_serial_rig(const SerialCase& serial, const tests::TestFolder& folder) {
-  const std::string file = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml";
-  auto text = read_text_file(file).value();
   auto path = std::string(GYROTHERM_SOURCE_DIR "/profiles/chambers/") + serial.map + ".toml";
   if (serial.map == std::string("virtual_limiter")) {
     auto map_text = read_text_file(path).value();
@@ -29,12 +28,7 @@ rig::RigFile read_serial_rig(const SerialCase& serial, const tests::TestFolder& 
     path = folder / "map.toml";
     std::ofstream(path) << map_text;
   }
-  const std::string map = "../chambers/virtual.toml";
-  text.replace(text.find(map), map.size(), path);
-  text.insert(text.find("[[thermometer]]"), "[safe]\nobserve = \"0 s\"\n\n");
-  auto rig = rig::parse_rig(text, file);
-  EXPECT_TRUE(rig) << gyrotherm::text(rig.error());
-  return std::move(*rig);
+  return read_rig_with_map(path);
 }
 
 class SerialProof : public ::testing::TestWithParam<SerialCase> {
@@ -85,6 +79,15 @@ INSTANTIATE_TEST_SUITE_P(Maps, SerialProof,
                                            SerialCase{"watlow_f4", drivers::LinkKind::rtu},
                                            SerialCase{"thermotron_3800", drivers::LinkKind::text_serial}),
                          [](const auto& one) { return std::string(one.param.map); });
+
+/// The trace of the guard is the only evidence on a line that only the guard can use.
+TEST(SerialUnreadableSetPoint, PassesMakeSafe) {
+  const tests::TestFolder folder;
+  ProveBench bench(read_serial_rig({"tt5166", drivers::LinkKind::rtu}, folder), true, drivers::LinkKind::rtu);
+  const auto result = prove_make_safe(bench.rig, folder / "child.db", bench.environment());
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+  EXPECT_TRUE(std::isnan(bench.chamber().set_point.value));
+}
 
 TEST(SerialLimiter, PassesWhenLimiterTrips) {
   const tests::TestFolder folder;

@@ -137,6 +137,10 @@ constexpr Phrase kPhrases[] = {
     {"the chamber does not show its set point and its mode: ", "die Kammer zeigt Sollwert und Betriebsart nicht: "},
     {"the chamber does not show its set point: ", "die Kammer zeigt ihren Sollwert nicht: "},
     {"it is left at the safe set point of ", "sie bleibt auf dem sicheren Sollwert von "},
+    {"the chamber's limits of ", "die Grenzen der Kammer von "},
+    {" leave no set point that differs visibly from the safe one of ",
+     " lassen keinen Sollwert zu, der sich sichtbar vom sicheren unterscheidet: "},
+    {" K is needed", " K sind nötig"},
     // state of a chamber: "set point 20 °C, air 19.99 °C, running"
     {" °C, air ", " °C, Luft "},
     {" °C, running", " °C, läuft"},

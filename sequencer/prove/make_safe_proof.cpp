@@ -124,8 +124,8 @@ class GuardDrill {
 
 /// Starts the program and waits until the chamber shows its set point. On an exclusive line only the program can read
 /// it, and some chambers only acknowledge it.
-Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::string& record, GuardDrill& drill) {
-  const auto set_point = test_set_point(driven);
+Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::string& record, Celsius set_point,
+                                    GuardDrill& drill) {
   auto child = DrivenChild::start(driven, record, set_point);
   if (!child) return child;
   const bool can_look = !drill.is_exclusive() && drill.reads_back();
@@ -189,9 +189,19 @@ std::string await_return(const DrillEnvironment& environment, drivers::SafetyRel
 
 }  // namespace
 
-Celsius test_set_point(const rig::RigFile& rig) {
-  const auto warmer = rig.safe_set_point + kTestStep;
-  return warmer <= rig.chamber_limits.highest ? warmer : rig.safe_set_point - kTestStep;
+Result<Celsius> test_set_point(const rig::RigFile& rig) {
+  // Both set points are read with the tolerance of the map.
+  constexpr double kSeenTolerances = 2.5;
+  const auto safe = rig.safe_set_point;
+  const auto& limits = rig.chamber_limits;
+  const auto warmer = std::min(safe + kTestStep, limits.highest), colder = std::max(safe - kTestStep, limits.lowest);
+  const auto farther = warmer - safe >= safe - colder ? warmer : colder;
+  const auto least = set_point_tolerance(rig.chamber_map) * kSeenTolerances;
+  if (abs(farther - safe) >= least) return farther;
+  return failure(FaultKind::usage, "set point of the test",
+                 fmt::format("the chamber's limits of {:g} … {:g} °C leave no set point that differs visibly from the "
+                             "safe one of {:g} °C: {:.2g} K is needed",
+                             limits.lowest.value, limits.highest.value, safe.value, least.value));
 }
 
 ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment,
@@ -199,7 +209,9 @@ ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, 
   GuardDrill drill(ProofTest::make_safe, rig, record, environment, times);
   drill.log.limit("safe set point and mode after the program was killed", format_duration(times.safe));
   drill.log.limit("air observed by the guard", format_duration(rig.safe_observe));
-  auto child = start_and_watch(rig, record, drill);
+  const auto set_point = test_set_point(rig);
+  if (!set_point) return drill.log.end(ProofVerdict::not_tested, text(set_point.error()));
+  auto child = start_and_watch(rig, record, *set_point, drill);
   const auto fail = [&](const std::string& cause) {
     (void)drill.await_guard();
     return drill.log.end(ProofVerdict::failed, cause);
@@ -235,7 +247,9 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
   if (relay)
     drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + times.relay));
   drill.log.limit("safe set point and mode after the line returned", format_duration(times.safe));
-  auto child = start_and_watch(driven, record, drill);
+  const auto set_point = test_set_point(rig);
+  if (!set_point) return drill.log.end(ProofVerdict::not_tested, text(set_point.error()));
+  auto child = start_and_watch(driven, record, *set_point, drill);
   // The guard of a dead program reaches the chamber only through the forwarder.
   const auto fail = [&](const std::string& cause) {
     if (!drill.await_guard()) line->leave_to_guard();

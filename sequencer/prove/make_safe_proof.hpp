@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/quantity.hpp"
+#include "core/result.hpp"
 #include "sequencer/prove/drill.hpp"
 #include "sequencer/prove/proof.hpp"
 #include "sequencer/rig/rig_file.hpp"
@@ -29,8 +30,9 @@ struct GuardTimes {
   Duration dead_line = std::chrono::seconds(11);
 };
 
-/// Returns a set point that differs from the safe one by a few kelvins, within the limits of the rig.
-[[nodiscard]] Celsius test_set_point(const rig::RigFile& rig);
+/// Returns a set point that differs from the safe one by a few kelvins, within the chamber's limits. Fails with usage
+/// if the limits leave no set point whose difference from the safe one can be seen.
+[[nodiscard]] Result<Celsius> test_set_point(const rig::RigFile& rig);
 
 /// Starts a program under its guard, kills it, and watches the chamber on a connection of its own. `record` is the path
 /// on which the guard leaves its trace.

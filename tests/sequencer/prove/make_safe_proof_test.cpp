@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <tuple>
 
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "tests/sequencer/prove/prove_bench.hpp"
@@ -50,6 +51,32 @@ void expect_confirmed(const std::string& record) {
   EXPECT_TRUE((*trace)->confirmed) << describe(**trace);
 }
 
+TEST(TestSetPoint, IsTheFartherOneWithinTheLimits) {
+  auto rig = read_limiter_rig();
+  const std::tuple<double, double, double, double> cases[] = {
+      {18, 24, 21, 24}, {17, 24, 21, 17}, {-40, 80, 20, 25}, {-40, 22, 20, 15},
+      {19, 22, 20, 22}, {20, 80, 20, 25}, {-40, 20, 20, 15}, {20, 21, 20, 21},
+  };
+  for (const auto& [lowest, highest, safe, expected] : cases) {
+    rig.chamber_limits.lowest = {lowest};
+    rig.chamber_limits.highest = {highest};
+    rig.safe_set_point = {safe};
+    const auto found = test_set_point(rig);
+    ASSERT_TRUE(found) << text(found.error());
+    EXPECT_EQ(*found, Celsius{expected}) << lowest << " " << highest << " " << safe;
+  }
+}
+
+TEST(TestSetPoint, IsRefusedIfDifferenceCannotBeSeen) {
+  auto rig = read_limiter_rig();
+  rig.safe_set_point = {20};
+  rig.chamber_limits.lowest = {19.99};
+  rig.chamber_limits.highest = {20.01};
+  const auto found = test_set_point(rig);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().kind, FaultKind::usage);
+}
+
 class GuardProof : public ::testing::Test {
  protected:
   void TearDown() override { kill_guards(record); }
@@ -73,6 +100,13 @@ TEST_F(GuardProof, PassesAndRestoresEveryRegister) {
   const auto restored = found.restore(*connect_registers(bench.rig), *connect_chamber(bench.rig));
   EXPECT_TRUE(restored) << text(restored.error());
   EXPECT_EQ(bench.registers(), before);
+}
+
+TEST_F(GuardProof, IsNotTestedWithoutVisibleSetPoint) {
+  bench.rig.chamber_limits.lowest = bench.rig.chamber_limits.highest = bench.rig.safe_set_point;
+  EXPECT_EQ(prove_make_safe(bench.rig, record, bench.environment(), quick).verdict, ProofVerdict::not_tested);
+  EXPECT_EQ(prove_line(bench.rig, record, bench.environment(), quick).verdict, ProofVerdict::not_tested);
+  EXPECT_TRUE(watchdog::was_released(record)) << "no program drove the chamber";
 }
 
 TEST_F(GuardProof, FindsGuardThatDoesNotAct) {

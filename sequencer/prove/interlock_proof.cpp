@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <functional>
+#include <utility>
 
 #include "sequencer/prove/interlock_bench.hpp"
 
@@ -19,6 +21,8 @@ using interlocks::InterlockLimits;
 /// longest injection in seconds.
 constexpr int kQuietSeconds = 150, kPatience = 4000, kMostSeconds = 40'000;
 constexpr double kJustK = 0.5;
+/// Time constants of the chamber after which the predicted air has reached a new set point.
+constexpr int kLagsUntilFollowed = 8;
 
 auto no_reply() { return failure(FaultKind::timeout, "injected", "no reply"); }
 
@@ -30,7 +34,53 @@ struct Injection {
   std::function<void(InterlockBench&, int second)> inside{};
   /// Returns why this rig has no such interlock; empty: it has.
   std::function<std::string(const rig::RigFile&)> omitted{};
+  /// Returns the time that the check itself needs, before the confirmation of the table; none if empty.
+  std::function<Duration(const InterlockLimits&)> needs{};
 };
+
+/// Returns a deviation just inside a limit: less by `step`, and at least half of the limit.
+Kelvins just_inside(Kelvins limit, Kelvins step) { return std::max(limit - step, limit * 0.5); }
+
+/// Returns a change within a second that no air and no solid body can make, with a margin for noise.
+Kelvins impossible_change(double fastest_k_per_min) {
+  constexpr double kMargin = 1.5;
+  return Kelvins{kMargin * fastest_k_per_min / kSecondsPerMinute + kJustK};
+}
+
+/// Returns a jump of the chamber's sensor beyond its limit that is too fast for air.
+Kelvins chamber_sensor_jump(const InterlockLimits& limits) {
+  constexpr double kTimesTheFastest = 3;
+  const double fastest = std::max(interlocks::kFastestPlausibleAir.value, kTimesTheFastest * limits.air_fastest.value);
+  return std::max(limits.chamber_disagreement + Kelvins{1}, impossible_change(fastest));
+}
+
+/// Returns a jump of a thermometer beyond its limit that is too fast for a solid body.
+Kelvins thermometer_jump(const InterlockLimits& limits) {
+  constexpr double kFastestBody_k_per_min = 15;
+  const double fastest = std::max(kFastestBody_k_per_min, limits.thermometers_fastest.value);
+  return std::max(limits.drift + Kelvins{kJustK}, impossible_change(fastest));
+}
+
+/// Returns the set point of the test of `following`: beyond the band around air that stays at the safe set point, as
+/// far as the chamber's limits permit.
+Celsius unfollowed_set_point(const rig::RigFile& rig) {
+  constexpr Kelvins kUsual{40}, kMore{5};
+  constexpr double kBands = 1.25;
+  const auto base = rig.safe_set_point;
+  const auto off = std::max(kUsual, rig.limits.follow_band * kBands + kMore);
+  const auto up = rig.chamber_limits.highest - base, down = base - rig.chamber_limits.lowest;
+  return up >= off || up >= down ? base + std::min(off, up) : base - std::min(off, down);
+}
+
+/// Returns why the band of `following` cannot be exceeded from the safe set point, although the chamber can exceed it.
+std::string following_omitted(const rig::RigFile& rig) {
+  const auto& band = rig.limits.follow_band;
+  const bool is_reached = abs(unfollowed_set_point(rig) - rig.safe_set_point) > band;
+  const bool is_possible = rig.chamber_limits.highest - rig.chamber_limits.lowest > band;
+  return is_reached || !is_possible
+             ? ""
+             : "the band exceeds the distance of the safe set point from the limits of the chamber";
+}
 
 void set_activity(InterlockBench& bench, ChamberActivity activity) { bench.chamber().activity = activity; }
 
@@ -42,7 +92,7 @@ void ramp_air(InterlockBench& bench, int second, double k_per_min) {
   bench.inputs.sent = bench.set_point;
 }
 
-std::vector<Injection> temperature_injections() {
+std::vector<Injection> temperature_injections(const rig::RigFile& rig) {
   const auto air_to = [](double beyond) {
     return [beyond](InterlockBench& b, int) { b.chamber().air = b.limits().air_highest + Kelvins{beyond}; };
   };
@@ -51,9 +101,10 @@ std::vector<Injection> temperature_injections() {
       b.sample.thermometers[0].value = b.own_limits(0).highest + Kelvins{beyond};
     };
   };
-  const auto sensor_off = [](double beyond) {
+  const auto sensor_off = [](bool beyond) {
     return [beyond](InterlockBench& b, int) {
-      const auto off = b.limits().chamber_disagreement + Kelvins{beyond};
+      const auto off =
+          beyond ? chamber_sensor_jump(b.limits()) : just_inside(b.limits().chamber_disagreement, Kelvins{1});
       if (b.limits().air_thermometers.empty()) b.chamber().air = b.base() + off;
       for (const auto column : b.limits().air_thermometers) b.sample.thermometers[column].value = b.chamber().air + off;
     };
@@ -67,9 +118,9 @@ std::vector<Injection> temperature_injections() {
       b.sample.thermometers[0].value = b.thermometer_base(0) + Kelvins{k_per_s * s};
     };
   };
-  const auto first_off = [](Kelvins InterlockLimits::*limit, double beyond) {
-    return [limit, beyond](InterlockBench& b, int) {
-      b.sample.thermometers[0].value = b.thermometer_base(0) + b.limits().*limit + Kelvins{beyond};
+  const auto first_off = [](auto distance) {
+    return [distance](InterlockBench& b, int) {
+      b.sample.thermometers[0].value = b.thermometer_base(0) + distance(b.limits());
     };
   };
   const auto needs_three = [](const rig::RigFile& rig) {
@@ -78,16 +129,19 @@ std::vector<Injection> temperature_injections() {
   return {
       {InterlockId::air_limit, air_to(kJustK), air_to(-kJustK)},
       {InterlockId::thermometer_limit, first_to(kJustK), first_to(-kJustK)},
-      {InterlockId::chamber_sensor, sensor_off(1), sensor_off(-1)},
+      {InterlockId::chamber_sensor, sensor_off(true), sensor_off(false)},
       {InterlockId::air_rate, air_rate(1.1), air_rate(0.9)},
       {InterlockId::thermometer_rate, first_rate(1.1), first_rate(0.9)},
       {InterlockId::following,
-       [](InterlockBench& b, int) {
-         b.chamber().set_point = b.base() + Kelvins{40};
-         b.inputs.sent = b.chamber().set_point;
-       }},
-      {InterlockId::disagreement, first_off(&InterlockLimits::disagreement, 1),
-       first_off(&InterlockLimits::disagreement, -1), needs_three},
+       [set_point = unfollowed_set_point(rig)](InterlockBench& b, int) {
+         b.chamber().set_point = set_point;
+         b.inputs.sent = set_point;
+       },
+       {},
+       following_omitted,
+       [](const InterlockLimits& limits) { return limits.chamber_lag * kLagsUntilFollowed; }},
+      {InterlockId::disagreement, first_off([](const auto& limits) { return limits.disagreement + Kelvins{1}; }),
+       first_off([](const auto& limits) { return just_inside(limits.disagreement, Kelvins{1}); }), needs_three},
       {InterlockId::stuck,
        [](InterlockBench& b, int s) {
          for (std::size_t i = 1; i < b.sample.thermometers.size(); ++i)
@@ -96,12 +150,22 @@ std::vector<Injection> temperature_injections() {
        },
        {},
        needs_three},
-      {InterlockId::drifting, first_off(&InterlockLimits::drift, kJustK), first_off(&InterlockLimits::drift, -kJustK),
-       needs_three},
+      {InterlockId::drifting, first_off(thermometer_jump),
+       first_off([](const auto& limits) { return just_inside(limits.drift, Kelvins{kJustK}); }), needs_three},
   };
 }
 
-std::vector<Injection> response_injections() {
+/// Returns the coldest and the hottest thermometer of a bench without a fault.
+std::pair<Celsius, Celsius> thermometer_range(const InterlockBench& bench) {
+  std::pair range(bench.thermometer_base(0), bench.thermometer_base(0));
+  for (std::size_t i = 1; i < bench.limits().channels.size(); ++i) {
+    range.first = std::min(range.first, bench.thermometer_base(i));
+    range.second = std::max(range.second, bench.thermometer_base(i));
+  }
+  return range;
+}
+
+std::vector<Injection> response_injections(const rig::RigFile&) {
   return {
       {InterlockId::no_thermal_response,
        [](InterlockBench& b, int) {
@@ -109,8 +173,11 @@ std::vector<Injection> response_injections() {
          b.chamber().air = b.chamber().set_point = moved;
          b.inputs.sent = moved;
        }},
-      {InterlockId::condensation, [](InterlockBench& b, int) { b.chamber().dew_point = b.base() + Kelvins{1}; },
-       [](InterlockBench& b, int) { b.chamber().dew_point = b.base() - Kelvins{20}; },
+      {InterlockId::condensation,
+       [](InterlockBench& b, int) { b.chamber().dew_point = thermometer_range(b).second + Kelvins{1}; },
+       [](InterlockBench& b, int) {
+         b.chamber().dew_point = thermometer_range(b).first - b.limits().condensation_margin - Kelvins{20};
+       },
        [](const rig::RigFile& rig) { return records_dew_point(rig) ? "" : "the rig records no dew point"; }},
       {InterlockId::cold_at_door,
        [](InterlockBench& b, int) {
@@ -125,7 +192,7 @@ std::vector<Injection> response_injections() {
   };
 }
 
-std::vector<Injection> silence_injections() {
+std::vector<Injection> silence_injections(const rig::RigFile&) {
   const auto has_unneeded = [](const rig::RigFile& rig) {
     const auto continues = std::ranges::count(rig.limits.units, true, &interlocks::UnitLimits::continue_when_silent);
     return continues == 0 || rig.limits.units.size() < 2 ? "no unit may be silent while others send" : "";
@@ -163,17 +230,23 @@ std::vector<Injection> silence_injections() {
          b.is_frozen = true;
          const auto& first = b.limits().instruments.front().columns;
          for (const auto column : first) b.sample.thermometers[column].value = b.thermometer_base(column);
-       }},
+       },
+       {},
+       {},
+       [](const InterlockLimits& limits) { return limits.frozen_after; }},
       {InterlockId::gyro_dead,
        [](InterlockBench& b, int) {
          b.is_dead = true;
          for (auto& unit : b.sample.units)
            if (unit.count.value) std::ranges::fill(unit.count.value->pulses, 0);
-       }},
+       },
+       {},
+       {},
+       [](const InterlockLimits& limits) { return limits.gyro_dead_after; }},
   };
 }
 
-std::vector<Injection> chamber_injections() {
+std::vector<Injection> chamber_injections(const rig::RigFile&) {
   const auto active = [](ChamberActivity activity) {
     return [activity](InterlockBench& b, int) { set_activity(b, activity); };
   };
@@ -206,7 +279,7 @@ std::vector<Injection> chamber_injections() {
   };
 }
 
-std::vector<Injection> program_injections() {
+std::vector<Injection> program_injections(const rig::RigFile&) {
   const auto powered = [](const rig::RigFile& rig) {
     return rig.supplies.empty() ? "the rig has no power supply" : "";
   };
@@ -246,11 +319,11 @@ std::vector<Injection> program_injections() {
   };
 }
 
-std::vector<Injection> all_injections() {
+std::vector<Injection> all_injections(const rig::RigFile& rig) {
   std::vector<Injection> all;
   for (auto* list :
        {&temperature_injections, &response_injections, &silence_injections, &chamber_injections, &program_injections})
-    for (auto& one : list()) all.push_back(std::move(one));
+    for (auto& one : list(rig)) all.push_back(std::move(one));
   return all;
 }
 
@@ -270,12 +343,21 @@ std::optional<Acted> run_until(InterlockBench& bench, InterlockId id, int second
   return std::nullopt;
 }
 
-/// Returns the fewest seconds of the cause after which the interlock may act.
-int fewest_seconds(const InterlockLimits& limits, const interlocks::Interlock& row) {
+/// The times of one interlock in seconds.
+struct ActingTimes {
+  /// Fewest seconds of the cause after which it may act.
+  std::int64_t least{};
+  /// Seconds of the cause that its own check needs before.
+  std::int64_t needed{};
+  [[nodiscard]] std::int64_t all() const { return least + needed; }
+};
+
+ActingTimes find_times(const InterlockLimits& limits, const interlocks::Interlock& row, const Injection& injection) {
   const auto& needs = row.confirmation;
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
   const int samples = needs.samples_limit != nullptr ? limits.*needs.samples_limit : needs.samples;
-  return std::max(samples, static_cast<int>(std::min<std::int64_t>(after / kSecond, kMostSeconds)));
+  return {.least = std::max<std::int64_t>(samples, after / kSecond),
+          .needed = injection.needs ? injection.needs(limits) / kSecond : 0};
 }
 
 InterlockBench begin_bench(const rig::RigFile& rig) {
@@ -290,15 +372,22 @@ InterlockOutcome inject(const rig::RigFile& rig, const Injection& injection) {
   if (injection.omitted) outcome.omitted = injection.omitted(rig);
   if (!outcome.omitted.empty()) return outcome;
   const auto& row = interlocks::interlock(id);
+  const auto times = find_times(rig.limits, row, injection);
+  if (times.all() > kMostSeconds - kPatience) {
+    outcome.omitted =
+        fmt::format("it acts only after {}, longer than its test", format_duration(std::chrono::seconds(times.all())));
+    return outcome;
+  }
   auto bench = begin_bench(rig);
   if (run_until(bench, id, kQuietSeconds, {})) return outcome.cause = "acts on readings without a fault", outcome;
-  const int least = fewest_seconds(rig.limits, row);
+  const int least = static_cast<int>(times.least);
   if (injection.inside) {
     auto inside = bench;
     if (const auto acted = run_until(inside, id, std::min(2 * least + kQuietSeconds, kMostSeconds), injection.inside))
       return outcome.cause = fmt::format("acts after {} s on values inside its limit", acted->seconds), outcome;
   }
-  const auto acted = run_until(bench, id, std::min(kPatience + 2 * least, kMostSeconds), injection.inject);
+  const auto acted =
+      run_until(bench, id, std::min(kPatience + 2 * static_cast<int>(times.all()), kMostSeconds), injection.inject);
   if (!acted) return outcome.cause = "does not act on injected values", outcome;
   outcome.seconds = acted->seconds;
   outcome.reaction = acted->reaction;
@@ -314,7 +403,7 @@ InterlockOutcome inject(const rig::RigFile& rig, const Injection& injection) {
 
 std::vector<InterlockOutcome> inject_all(const rig::RigFile& rig) {
   std::vector<InterlockOutcome> outcomes;
-  for (const auto& injection : all_injections()) outcomes.push_back(inject(rig, injection));
+  for (const auto& injection : all_injections(rig)) outcomes.push_back(inject(rig, injection));
   std::ranges::sort(outcomes, {}, &InterlockOutcome::id);
   return outcomes;
 }

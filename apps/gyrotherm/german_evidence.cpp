@@ -141,6 +141,10 @@ constexpr Phrase kPhrases[] = {
     {" leave no set point that differs visibly from the safe one of ",
      " lassen keinen Sollwert zu, der sich sichtbar vom sicheren unterscheidet: "},
     {" K is needed", " K sind nötig"},
+    {" before it drove the chamber", ", bevor es die Kammer fuhr"},
+    {"did not drive the chamber in ", "fuhr die Kammer nicht in "},
+    {"ended with exit code ", "endete mit Exitcode "},
+    {"was ended by signal ", "wurde beendet durch Signal "},
     // state of a chamber: "set point 20 °C, air 19.99 °C, running"
     {" °C, air ", " °C, Luft "},
     {" °C, running", " °C, läuft"},

@@ -220,9 +220,13 @@ Result<DrivenChild> DrivenChild::start(const rig::RigFile& rig, const std::strin
       std::make_unique<ChildProcess>([&](int to_parent) { drive_until_killed(rig, record, set_point, to_parent); });
   if (!child->has_begun()) return failure(FaultKind::refused, "child run", "the process could not be started");
   const auto line = read_child_line(child->output(), kDriveWithin);
-  if (line != kDriving)
-    return failure(FaultKind::refused, "child run", line.empty() ? "did not drive the chamber in 60 s" : line);
-  return DrivenChild(std::move(child));
+  if (line == kDriving) return DrivenChild(std::move(child));
+  if (!line.empty()) return failure(FaultKind::refused, "child run", line);
+  // The end of its output precedes its end by a moment.
+  const auto status = child->wait(kSecond);
+  return failure(FaultKind::refused, "child run",
+                 status ? describe_exit_status(*status) + " before it drove the chamber"
+                        : "did not drive the chamber in " + format_duration(kDriveWithin));
 }
 
 Result<CuttableLine> CuttableLine::open(const drivers::TcpLine& to) {

@@ -4,11 +4,16 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
+#include <string>
+#include <thread>
 #include <tuple>
+#include <utility>
 
+#include "core/tcp_listener.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "tests/sequencer/prove/prove_bench.hpp"
 #include "tests/support/folder.hpp"
@@ -107,6 +112,37 @@ TEST_F(GuardProof, IsNotTestedWithoutVisibleSetPoint) {
   EXPECT_EQ(prove_make_safe(bench.rig, record, bench.environment(), quick).verdict, ProofVerdict::not_tested);
   EXPECT_EQ(prove_line(bench.rig, record, bench.environment(), quick).verdict, ProofVerdict::not_tested);
   EXPECT_TRUE(watchdog::was_released(record)) << "no program drove the chamber";
+}
+
+/// Kills the first child of this thread that appears.
+class ChildKiller {
+ public:
+  explicit ChildKiller(int signal)
+      : thread_([signal, file = "/proc/self/task/" + std::to_string(::gettid()) + "/children"] {
+          for (int i = 0; i < 5000; ++i, std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
+            pid_t child = 0;
+            if (std::ifstream(file) >> child) return void(::kill(child, signal));
+          }
+        }) {}
+  ~ChildKiller() { thread_.join(); }
+
+ private:
+  std::thread thread_;
+};
+
+TEST(DrivenChildProcess, ReportsHowItEnded) {
+  const auto listener = listen_on_tcp("127.0.0.1", 0, 16).value();  // accepts connections and stays silent
+  auto rig = read_limiter_rig();
+  rig.simulated = false;
+  rig.chamber_line = "tcp://127.0.0.1:" + std::to_string(listening_port(listener));
+  const tests::TestFolder folder;
+  for (const auto& [signal, words] :
+       {std::pair(SIGKILL, "was ended by signal 9"), {SIGSEGV, "was ended by signal 11"}}) {
+    const ChildKiller killer(signal);
+    const auto child = DrivenChild::start(rig, folder / "child.db", {25});
+    ASSERT_FALSE(child);
+    EXPECT_NE(child.error().what.find(words), std::string::npos) << child.error().what;
+  }
 }
 
 TEST_F(GuardProof, FindsGuardThatDoesNotAct) {

@@ -12,6 +12,7 @@
 
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/machine_checks.hpp"
+#include "apps/gyrotherm/prove/operator_answer.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -88,16 +89,14 @@ class ProofSession {
     }
   }
 
-  /// Asks for a step by hand. Any answer except "stop" confirms it.
+  /// Asks for a step by hand. Only an empty line that follows the question confirms it.
   bool ask(const std::string& question) {
+    discard_typed_input(STDIN_FILENO);
     console_.print_message(question + ". Press Enter when done, or type stop:");
     pollfd waiting[] = {{STDIN_FILENO, POLLIN, 0}, {interrupt_descriptor(), POLLIN, 0}};
     while (!interrupted() && waiting[0].revents == 0) ::poll(waiting, 2, -1);
     if (interrupted()) return false;
-    std::string answer;
-    for (char byte = 0; ::read(STDIN_FILENO, &byte, 1) == 1; answer += byte)
-      if (byte == '\n') return answer != "stop";
-    return false;
+    return read_confirmation(STDIN_FILENO);
   }
 
   /// Identifies the chamber and keeps its registers. Nothing is written.

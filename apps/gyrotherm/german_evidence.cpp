@@ -147,6 +147,7 @@ constexpr Phrase kPhrases[] = {
     {"was ended by signal ", "wurde beendet durch Signal "},
     // state of a chamber: "set point 20 °C, air 19.99 °C, running"
     {" °C, air ", " °C, Luft "},
+    {"set point unreadable, air ", "Sollwert nicht lesbar, Luft "},
     {" °C, running", " °C, läuft"},
     {" °C, off", " °C, aus"},
     {" °C, not following its set point", " °C, folgt ihrem Sollwert nicht"},

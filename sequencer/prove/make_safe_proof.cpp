@@ -22,6 +22,12 @@ constexpr Duration kReturnWithin = std::chrono::minutes(2);
 /// Interval of readings on a line that the guard cannot use meanwhile.
 constexpr Duration kExclusivePollEvery = std::chrono::seconds(1);
 
+std::string describe(const ChamberState& state) {
+  const auto set_point =
+      std::isnan(state.set_point.value) ? std::string("unreadable") : fmt::format("{:g} °C", state.set_point.value);
+  return fmt::format("set point {}, air {:.2f} °C, {}", set_point, state.air.value, name(state.activity));
+}
+
 /// Watches a chamber from outside and the trace of its guard. On a line that only one program can use, the chamber is
 /// read only after the guard has left its first trace, and less often.
 class GuardDrill {
@@ -49,9 +55,7 @@ class GuardDrill {
 
   std::optional<ChamberState> look() {
     const auto state = environment_.connect()->inspect();
-    last_ = state ? fmt::format("set point {:g} °C, air {:.2f} °C, {}", state->set_point.value, state->air.value,
-                                name(state->activity))
-                  : text(state.error());
+    last_ = state ? describe(*state) : text(state.error());
     is_answering_ = state.has_value();
     return state ? std::optional(*state) : std::nullopt;
   }

@@ -18,6 +18,7 @@ TEST(GermanEvidence, TranslatesKnownPhrases) {
       {"confirmed by the guard after", "von der Wache bestätigt nach"},
       {"air", "Luft"},
       {"0.2 s; set point 20 °C, air 19.99 °C, running", "0,2 s; Sollwert 20 °C, Luft 19,99 °C, läuft"},
+      {"set point unreadable, air 20.85 °C, unknown", "Sollwert nicht lesbar, Luft 20,85 °C, unbekannt"},
       {"set point -10.5 °C, air 21.00 °C, not following its set point",
        "Sollwert -10,5 °C, Luft 21,00 °C, folgt ihrem Sollwert nicht"},
       {"the chamber was not safe 60 s after the line returned: set point 20 °C, air 30.10 °C, door open",

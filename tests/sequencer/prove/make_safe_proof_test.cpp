@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -232,6 +233,10 @@ TEST_P(UnreadableSetPoint, PassesMakeSafe) {
   ASSERT_TRUE(std::isnan(bench.chamber().set_point.value));
   const auto result = prove_make_safe(bench.rig, record, bench.environment());
   EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+  const auto is_stated = [](const auto& one) {
+    return one.value.find("set point unreadable, air") != std::string::npos;
+  };
+  EXPECT_TRUE(std::ranges::any_of(result.readings, is_stated));
 }
 
 TEST_P(UnreadableSetPoint, FailsMakeSafeWithoutGuard) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <tuple>
+#include <utility>
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/status_file.hpp"
@@ -111,8 +113,19 @@ Gap lost_gap(const Continuation& continuation, std::int64_t first) {
   return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
 }
 
-/// Appends a part to the record. The rows of the part replace the record's rows from the first slot of the part on.
-/// Slots between the record and the part become a gap.
+/// Returns whether two parts of a run have the same columns of numbers.
+bool have_same_columns(const RunInfo& left, const RunInfo& right) {
+  const auto describe_column = [](const ChannelColumn& column) {
+    return std::tuple(column.name, column.measures, column.unit, column.index);
+  };
+  const auto count_columns = [](const UnitInfo& unit) { return std::pair(unit.axes.size(), unit.values.size()); };
+  return left.thermometers.size() == right.thermometers.size() &&
+         std::ranges::equal(left.units, right.units, {}, count_columns, count_columns) &&
+         std::ranges::equal(channel_columns(left), channel_columns(right), {}, describe_column, describe_column);
+}
+
+/// Appends a part to the record. The part must have the columns of the record. The rows of the part replace the
+/// record's rows from the first slot of the part on. Slots between the record and the part become a gap.
 void append_part(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
   const auto kept = static_cast<std::size_t>(
       std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
@@ -156,6 +169,8 @@ Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool 
     if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
     if (record) {
+      if (!have_same_columns(record->info, more->info))
+        return failure(FaultKind::bad_file, part.path, "has other channels than the parts before it");
       append_part(*record, std::move(*more), part.continuation, select(record->info, {.unit = unit}));
     } else {
       record = std::move(*more);

@@ -26,8 +26,8 @@ std::string fault_text(const Result<T>& result) {
 }
 
 /// Writes the file `part` as the continuation of file `before`, with the slots from `from` to `end` − 1.
-void add_part(const std::string& record, int part, int before, std::int64_t from, std::int64_t end) {
-  const auto info = two_thermometers();
+void add_part(const std::string& record, int part, int before, std::int64_t from, std::int64_t end,
+              const RunInfo& info = two_thermometers()) {
   const Continuation continuation{.part = part,
                                   .before = fs::path(part_path(record, before)).filename().string(),
                                   .from = from,
@@ -36,7 +36,12 @@ void add_part(const std::string& record, int part, int before, std::int64_t from
   auto done = file.begin().and_then([&] {
     return file.insert_event(from - 1, {sample_at(from).at, EventKind::fault, "the record goes on"});
   });
-  for (auto slot = from; done && slot < end; ++slot) done = file.insert(sample_entry(sample_at(slot), {}, info));
+  for (auto slot = from; done && slot < end; ++slot) {
+    auto sample = sample_at(slot);
+    sample.thermometers.resize(info.thermometers.size(), sample.thermometers[0]);
+    sample.units.resize(info.units.size(), sample.units[0]);
+    done = file.insert(sample_entry(sample, {}, info));
+  }
   done = done.and_then([&] { return file.replace_frames({}); }).and_then([&] { return file.commit(); });
   ASSERT_EQ(fault_text(done), "");
 }
@@ -105,6 +110,35 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     EXPECT_EQ(last_part(path), 3);
     EXPECT_EQ(read_record(path).value().slot.back(), 30);
   }
+}
+
+TEST(RunParts, AreRefusedWithOtherChannelsThanBefore) {
+  auto fewer = two_thermometers(), more = fewer, renamed = fewer, humid = fewer, unit = fewer, value = fewer;
+  fewer.thermometers.pop_back();
+  fewer.units[0].gradients = fewer.units[0].three_point = {};
+  more.thermometers.push_back({"C", "another", Kelvins{0}});
+  renamed.thermometers[0].name = "D";
+  renamed.units[0].gradients = renamed.units[0].three_point = {};
+  humid.has_humidity = true;
+  unit.units.push_back(unit.units[0]);
+  unit.units[0].name = "u1";
+  unit.units[1].name = "u2";
+  value.units[0].values = {{.name = "die", .unit = "°C"}};
+  int cases = 0;
+  for (const auto* other : {&fewer, &more, &renamed, &humid, &unit, &value}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    store_with(path, 10).reset();
+    add_part(path, 2, 1, 10, 20, *other);
+    const auto record = read_record(path);
+    ASSERT_FALSE(record) << cases;
+    EXPECT_EQ(record.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(record.error().where, part_path(path, 2));
+    EXPECT_EQ(record.error().what, "has other channels than the parts before it");
+    EXPECT_FALSE(read_verified_record(find_record_files(path).value())) << cases;
+    ++cases;
+  }
+  EXPECT_EQ(cases, 6);
 }
 
 TEST(RunParts, NumberNewPartAfterAllOthers) {

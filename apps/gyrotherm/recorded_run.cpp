@@ -58,13 +58,15 @@ Result<CheckedRun> check_recorded_run(Console& console, const std::string& path,
     });
   }
   auto files = record::find_record_files(path);
-  if (!files)
-    return failure(record::is_locked(files.error()) ? record::explain_read_fault(files.error(), path) : files.error());
+  // The fault of a locked record names the writing program.
+  const auto explain = [&](const Fault& fault) {
+    return failure(record::is_locked(fault) ? record::explain_read_fault(fault, path) : fault);
+  };
+  if (!files) return explain(files.error());
   const auto verified = record::verify_record(*files);
-  // Reading a locked record fails with a fault that names the writing program.
-  if (!verified && !record::is_locked(verified.error())) return failure(verified.error());
+  if (!verified) return explain(verified.error());
   warn_of_missing_files(console, *files);
-  return CheckedRun{.files = std::move(*files), .verified = verified.value_or(record::Verified{})};
+  return CheckedRun{.files = std::move(*files), .verified = *verified};
 }
 
 void add_axis_options(CLI::App& command, data::AxisChoice& axis) {

@@ -184,9 +184,17 @@ Result<std::size_t> write_table(Console& console, const record::RecordFiles& fil
 /// if the two contradict each other.
 Result<std::string> find_format(const ExportArguments& options) {
   static const std::map<std::string, std::string> endings{{".csv", "csv"},     {".nc", "netcdf"},
+/// Returns the ending of a file name with its dot, in lower case.
+std::string find_ending(const std::string& file) {
+  auto ending = std::filesystem::path(file).extension().string();
+  std::ranges::transform(ending, ending.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending;
+}
+
                                                           {".nc4", "netcdf"},  {".gp", "gnuplot"},
                                                           {".plt", "gnuplot"}, {".gnuplot", "gnuplot"}};
-  const auto ending = std::filesystem::path(options.out).extension().string();
+  const auto ending = find_ending(options.out);
   const auto known = endings.find(ending);
   static constexpr std::array kOther{".svg",  ".png",  ".pdf",  ".html", ".mat", ".h5",
                                      ".hdf5", ".json", ".toml", ".gz",   ".zip"};
@@ -210,7 +218,7 @@ Result<Exit> export_table(Console& console, const ExportArguments& given) {
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; only --follow writes to stdout");
   for (const char* spreadsheet : {".xlsx", ".xls", ".ods"})
-    if (options.out.ends_with(spreadsheet))
+    if (find_ending(options.out) == spreadsheet)
       return failure(
           FaultKind::usage, "--out",
           fmt::format("no {} file can be written; write FILE.csv, which a spreadsheet program opens", spreadsheet));

@@ -553,7 +553,7 @@ TEST(Export, TakesFormatFromEnding) {
   const auto exported = [&](const std::string& arguments) {
     return gyrotherm_with("export " + (folder / "record.db") + " --out " + (folder / arguments));
   };
-  for (const auto* file : {"a.nc", "a.nc4"}) {
+  for (const auto* file : {"a.nc", "a.nc4", "A.NC", "a.Nc4"}) {
     EXPECT_EQ(exported(file).exit_code, 0);
     EXPECT_TRUE(begins_with(file, "\x89HDF")) << file;
   }
@@ -564,10 +564,11 @@ TEST(Export, TakesFormatFromEnding) {
   EXPECT_EQ(exported("c.gp").exit_code, 0);
   EXPECT_EQ(exported("d.any --as netcdf").exit_code, 0);
   EXPECT_TRUE(begins_with("d.any", "\x89HDF"));
-  for (const auto* other : {"e.svg", "e.mat", "e.json"})
-    EXPECT_NE(exported(other).err.find("file can be written; expected FILE.csv"), std::string::npos) << other;
+  for (const auto* other : {"e.svg", "e.mat", "e.json", "e.PDF", "e.Svg", "e.XLSX", "e.ods"})
+    EXPECT_NE(exported(other).err.find("file can be written; "), std::string::npos) << other;
   EXPECT_NE(exported("e.db").err.find("ends in .db, as a record does"), std::string::npos);
-  for (const auto* arguments : {"e.nc --as csv", "e.csv --as netcdf", "e.csv --as gnuplot", "e.gp --as netcdf"}) {
+  for (const auto* arguments :
+       {"e.nc --as csv", "e.NC --as csv", "e.csv --as netcdf", "e.csv --as gnuplot", "e.gp --as netcdf"}) {
     const auto refused = exported(arguments);
     EXPECT_EQ(refused.exit_code, 2) << arguments;
     EXPECT_NE(refused.err.find("has the ending of --as "), std::string::npos) << refused.err;

@@ -133,8 +133,8 @@ Result<void> check_names_replaced(const FiledReport& by, const FiledReport& file
   return {};
 }
 
-/// Fails unless `by` may replace the report of `filed`: it is authorised, covers the same unit, has another number and
-/// names that report.
+/// Fails unless `by` may replace the report of `filed`: it is authorised, covers the same unit, has another number,
+/// names that report, and both or neither are simulated.
 Result<void> check_may_replace(const FiledReport& by, const FiledReport& filed) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
   const report::CalibrationReport &one = by.report, &report = filed.report;
@@ -144,6 +144,9 @@ Result<void> check_may_replace(const FiledReport& by, const FiledReport& filed) 
   if (one.item.model != report.item.model || one.item.serial_number != report.item.serial_number)
     return refused(fmt::format("covers another unit: {} {}, expected {} {}", one.item.model, one.item.serial_number,
                                report.item.model, report.item.serial_number));
+  if (one.simulated != report.simulated)
+    return refused(one.simulated ? fmt::format("is SIMULATED, but {} is a report of real measurements", report.number)
+                                 : fmt::format("is a report of real measurements, but {} is SIMULATED", report.number));
   return check_names_replaced(by, filed);
 }
 

@@ -620,6 +620,22 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
     run("report authorise " + in(name) + " --by 'B. Berg'");
     EXPECT_NE(refused(name).find(why), std::string::npos) << name;
   }
+  reported("real", {{"\"C-1\"", "\"C-6\""}});
+  reported("dry", {{"\"C-1\"", "\"C-7\""}}, "[replaces]\nnumber = \"C-6\"\n");
+  for (const char* name : {"real", "dry"}) run("report authorise " + in(name) + " --by 'B. Berg'");
+  auto real = read_report("real");
+  const std::string before = read_text(in("real/calibration.json"));
+  real.simulated = false;
+  auto authorisation = read_text(in("real/authorisation.json"));
+  const auto digest_at = authorisation.find(sha256(before));
+  ASSERT_NE(digest_at, std::string::npos);
+  std::ofstream(in("real/calibration.json")) << to_json(real);
+  std::ofstream(in("real/authorisation.json")) << authorisation.replace(digest_at, 64, sha256(to_json(real)));
+  EXPECT_NE(refused("real").find("is a report of real measurements, but C-1 is SIMULATED"), std::string::npos)
+      << refused("real");
+  const auto by_dry = gyrotherm_with("report supersede " + in("real") + " --by " + in("dry"));
+  EXPECT_EQ(by_dry.exit_code, 2);
+  EXPECT_NE(by_dry.err.find("is SIMULATED, but C-6 is a report of real measurements"), std::string::npos) << by_dry.err;
   reported("heir", {{"\"C-1\"", "\"C-5\""}, {"\"0042\"", "\"0043\""}},
            "[replaces]\nnumber = \"C-3\"\nreason = { en = \"typing error\", de = \"Tippfehler\" }\n");
   run("report authorise " + in("heir") + " --by 'B. Berg'");

@@ -102,7 +102,12 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
     if (!has_protocol(options.folder, kind)) continue;
     const auto signer = verify_protocol(options.folder, kind, trust);
     if (!signer) return failure(signer.error());
-    console.print(fmt::format("holds      {}: signed by {}\n", options.folder, signer->subject));
+    const report::VerifiedReport found{.identifier = fmt::format("{}.json", kind.stem),
+                                       .signer = *signer,
+                                       .checks = {{.what = options.folder,
+                                                   .outcome = Check::Outcome::holds,
+                                                   .text = fmt::format("signed by {}", signer->subject)}}};
+    console.print(console.json ? checks_json(found, true) : checks_text(found));
     return Exit::done;
   }
   auto found = report::verify_report(options.folder, trust);

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "core/file.hpp"
 #include "tests/apps/gyrotherm/real_rig.hpp"
@@ -119,6 +120,11 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   const auto done = gyrotherm_with(sign);
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 0) << gyrotherm_with(verify).err;
+  const auto checked = nlohmann::json::parse(gyrotherm_with(verify + " --json").out);
+  EXPECT_EQ(checked["report"], "proof.json");
+  EXPECT_EQ(checked["holds"], true);
+  EXPECT_EQ(checked["signer"]["subject"], "CN=Lab");
+  EXPECT_EQ(checked["checks"][0]["outcome"], "holds");
   EXPECT_EQ(gyrotherm_with(sign).exit_code, 2) << "signed already";
   std::ofstream(protocol + "/proof.en.html", std::ios::app) << " ";
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another page";

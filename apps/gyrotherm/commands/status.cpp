@@ -291,6 +291,12 @@ Result<Exit> print_status(Console& console, const std::string& path) {
   return Exit::done;
 }
 
+/// Describes the manifest of a verified record. An unfinished record has none.
+const char* describe_manifest(const record::Verified& verified) {
+  if (verified.manifest) return " and the file matches its manifest";
+  return verified.finished ? "; it has no manifest, although its run is finished" : "";
+}
+
 /// Verifies the record. A record that is being written is not opened.
 Result<Exit> verify(Console& console, const std::string& path) {
   const auto files = record::find_record_files(path);
@@ -301,7 +307,7 @@ Result<Exit> verify(Console& console, const std::string& path) {
                            ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
                                          verified->rows, verified->files, verified->finished, verified->manifest)
                            : fmt::format("{}: verified, all {} rows are unchanged{}\n", path, verified->rows,
-                                         verified->manifest ? " and the file matches its manifest" : ""));
+                                         describe_manifest(*verified)));
   return Exit::done;
 }
 

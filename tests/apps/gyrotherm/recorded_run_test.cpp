@@ -2,7 +2,11 @@
 /// Commands that read records verify them first.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <string>
+
 #include "acquisition/record/sqlite.hpp"
+#include "core/file.hpp"
 #include "tests/apps/gyrotherm/small_record.hpp"
 
 namespace gyrotherm::app {
@@ -65,6 +69,19 @@ TEST(RecordedRun, IsRefusedByManifestWhenByteChanged) {
   EXPECT_EQ(refused.exit_code, 4);
   EXPECT_EQ(refused.err, "gyrotherm: " + record + ": has changed since the run was closed\n");
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+TEST(RecordedRun, IsVerifiedWithWordOfMissingManifest) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db", verify = "status --verify " + record;
+  EXPECT_NE(gyrotherm_with(verify).out.find("matches its manifest"), std::string::npos);
+  std::filesystem::remove(record + ".sha256");
+  const auto without = gyrotherm_with(verify);
+  EXPECT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_NE(without.out.find("are unchanged; it has no manifest, although its run is finished"), std::string::npos)
+      << without.out;
+  EXPECT_NE(gyrotherm_with(verify + " --json").out.find("\"finished\": true, \"manifest\": false"), std::string::npos);
 }
 
 }  // namespace

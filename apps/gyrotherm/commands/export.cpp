@@ -26,6 +26,7 @@
 #include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -45,6 +46,7 @@ struct CompensatedRows {
   Eigen::VectorXd compensated_deg_per_h{};
   double averaging_s{};
   Eigen::VectorXd expanded_deg_per_h{};  ///< empty without a budget
+  std::string simulation{};              ///< virtual instruments; empty: none
 };
 
 /// Fails with usage unless rows are one second apart, because a model's means, rates and lags are defined in seconds.
@@ -97,7 +99,7 @@ void add_number(std::string& text, double value) {
 
 std::string format_table(const CompensatedRows& rows, const exchange::ExportChoice& choice) {
   const data::Dataset& dataset = rows.dataset;
-  std::string text = dataset.simulated ? "# SIMULATED: the instruments were virtual\n" : "";
+  std::string text = rows.simulation.empty() ? "" : fmt::format("# SIMULATED: {}\n", plain(rows.simulation));
   text += fmt::format(
       "# run {}, {}; temperatures are calibrated, inputs of the model are their means over the last {:g} s"
       "\ntime [s]",
@@ -120,13 +122,15 @@ std::string format_table(const CompensatedRows& rows, const exchange::ExportChoi
 
 /// Returns the number of rows written.
 Result<std::size_t> write_compensated(Console& console, const record::RecordFiles& files,
-                                      const ExportArguments& options, const exchange::ExportChoice& choice) {
+                                      const ExportArguments& options, const exchange::ExportChoice& choice,
+                                      const record::RunInfo& info) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "requires --model");
   if (options.format != "csv" || choice.every > Duration{})
     return failure(FaultKind::usage, "--compensated",
                    "writes one row per second as csv; not valid with --as or --every");
-  const auto rows = compensate(console, files, options);
+  auto rows = compensate(console, files, options);
   if (!rows) return failure(rows.error());
+  rows->simulation = record::describe_simulation(info);
   const auto written =
       std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
   if (written == 0) return no_rows_fault(options.run);
@@ -176,14 +180,10 @@ Result<std::size_t> write_table(Console& console, const record::RecordFiles& fil
   if (!info) return failure(info.error());
   const auto choice = parse_choice(options, *info);
   if (!choice) return failure(choice.error());
-  return options.compensated ? write_compensated(console, files, options, *choice)
+  return options.compensated ? write_compensated(console, files, options, *choice, *info)
                              : write_rows(files, options, *choice);
 }
 
-/// Returns the format that --as names or, without it, the one that the ending of the file stands for. Fails with usage
-/// if the two contradict each other.
-Result<std::string> find_format(const ExportArguments& options) {
-  static const std::map<std::string, std::string> endings{{".csv", "csv"},     {".nc", "netcdf"},
 /// Returns the ending of a file name with its dot, in lower case.
 std::string find_ending(const std::string& file) {
   auto ending = std::filesystem::path(file).extension().string();
@@ -192,6 +192,10 @@ std::string find_ending(const std::string& file) {
   return ending;
 }
 
+/// Returns the format that --as names or, without it, the one that the ending of the file stands for. Fails with usage
+/// if the two contradict each other.
+Result<std::string> find_format(const ExportArguments& options) {
+  static const std::map<std::string, std::string> endings{{".csv", "csv"},     {".nc", "netcdf"},
                                                           {".nc4", "netcdf"},  {".gp", "gnuplot"},
                                                           {".plt", "gnuplot"}, {".gnuplot", "gnuplot"}};
   const auto ending = find_ending(options.out);

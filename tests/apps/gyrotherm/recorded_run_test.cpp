@@ -84,5 +84,28 @@ TEST(RecordedRun, IsVerifiedWithWordOfMissingManifest) {
   EXPECT_NE(gyrotherm_with(verify + " --json").out.find("\"finished\": true, \"manifest\": false"), std::string::npos);
 }
 
+/// A rig may have only some virtual instruments.
+TEST(RecordedRun, NamesVirtualInstrumentsInCompensatedTable) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db", table = folder / "x.csv";
+  const auto first_line = [&] {
+    const auto done = gyrotherm_with("export " + record + " --compensated --model " + (folder / "model.json") +
+                                     " --out " + table + " --force --unverified");
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    const auto text = read_text_file(table, std::size_t{1} << 24).value();
+    return text.substr(0, text.find('\n'));
+  };
+  EXPECT_EQ(first_line().find("SIMULATED"), std::string::npos);
+  {
+    auto database = record::Database::open(record, record::Access::read_write, 0).value();
+    ASSERT_TRUE(
+        database.execute("INSERT INTO list(name, of, position, value) VALUES"
+                         " ('virtual_instruments', '', 0, 'chamber'),"
+                         " ('virtual_instruments', '', 1, 'thermometer 2')"));
+  }
+  EXPECT_EQ(first_line(), "# SIMULATED: these instruments were virtual: chamber, thermometer 2");
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

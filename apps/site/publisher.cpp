@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/site/archive.hpp"
@@ -186,6 +187,7 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   if (!end) return failure(end.error());
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (!end->finished) return send_state(run, {.state = end->state, .cause = end->cause, .alarms = end->alarms});
+  if (const auto verified = record::verify_record(files); !verified) return failure(verified.error());
   std::vector<RunFileDigest> digests;
   for (const auto& file : files.parts) {
     auto digest = compute_digest(file.path);

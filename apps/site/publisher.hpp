@@ -160,8 +160,8 @@ class Publisher {
   [[nodiscard]] Result<void> send_live_state(const std::optional<record::RunStatus>& status, Run& run);
   /// Sends state, cause and alarms if they have changed since they were last sent.
   [[nodiscard]] Result<void> send_state(Run& run, const LiveState& now);
-  /// Archives the files of a finished run and closes the run in the store. For an interrupted run, only sends the last
-  /// state.
+  /// Verifies and archives the files of a finished run and closes the run in the store. For an interrupted run, only
+  /// sends the last state.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   /// Sends a document. Ignores a JSON file that is not a document.
   [[nodiscard]] Result<void> send_document(const std::string& path);

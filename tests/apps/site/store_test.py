@@ -610,6 +610,53 @@ class Upgraded(unittest.TestCase):
             self.assertEqual(store.sql(known, "ada"), [["a", "real", "2027-01-17"], ["c", "c", "2027-01-17"]])
 
 
+class Withheld(unittest.TestCase):
+    """Faults of one run: the store says that it is not finished, the log has one line, and others go on."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.store = cls.enterClassContext(cluster())
+        cls.store.migrate()
+        cls.store.add_people()
+
+    def rig(self, name: str, seed: int, archive: str = "") -> tuple[Rig, pathlib.Path]:
+        rig = Rig(self.store, self.store.folder / name, name=name, below=archive)
+        (rig.folder / "archive").mkdir()
+        self.addCleanup(lambda: rig.process and rig.process.poll() is None and rig.kill())
+        return rig, record(rig.records / "day.db", "tests/profiles/ten-seconds.toml", seed=seed)
+
+    def put(self, path: pathlib.Path, at: int, byte: bytes) -> bytes:
+        with open(path, "r+b") as file:
+            file.seek(at)
+            before = file.read(1)
+            file.seek(at)
+            file.write(byte)
+        return before
+
+    def test_an_edited_row_is_not_complete(self) -> None:
+        rig, day = self.rig("edited", 21, '[archive]\nfolder = "archive"')
+        with contextlib.closing(sqlite3.connect(day)) as database:
+            database.execute('UPDATE sample SET "A" = 1 WHERE slot = 3')
+            database.commit()
+        done = rig.once()
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("does not match the hash chain", done.stderr)
+        self.assertFalse(finished(self.store, run_of(day)))
+        self.assertEqual(list((rig.folder / "archive").iterdir()), [])
+
+    def test_a_record_that_differs_from_its_manifest_waits_for_its_bytes(self) -> None:
+        rig, day = self.rig("manifest", 22, '[archive]\nfolder = "archive"')
+        run, before = run_of(day), self.put(day, 96, b"\1")
+        rig.start()
+        self.assertTrue(until(lambda: "has changed since the run was closed" in rig.log.read_text()))
+        time.sleep(3)
+        self.assertEqual(rig.log.read_text().count("has changed since"), 1)
+        self.assertFalse(finished(self.store, run))
+        self.put(day, 96, before)
+        self.assertTrue(until(lambda: finished(self.store, run), 20), rig.log.read_text())
+        self.assertEqual(rig.stop(), 0)
+
+
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""
 

@@ -25,8 +25,8 @@ constexpr int kMaxFolderDepth = 3;
 constexpr Duration kRoundInterval = std::chrono::seconds(1);
 /// Number of batches of a run that are sent in one turn.
 constexpr int kBatchesPerTurn = 25;
-/// Pause after the store has refused a run or a document. The reason may be removed in the meantime.
-constexpr Duration kRefusalPause = std::chrono::minutes(1);
+/// Pause after a fault of a run, or after the store has refused a document. The reason may be removed in the meantime.
+constexpr Duration kFaultPause = std::chrono::minutes(1);
 
 bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 
@@ -238,12 +238,11 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
 }
 
 Result<Publisher::Backlog> Publisher::send_run(const std::string& path, WatchedRun& watched) {
-  const FileStates file_states{.record = read_file_state(path),
-                               .status = read_file_state(record::status_path(path)),
-                               .live_copy = read_file_identity(record::live_copy_path(path))};
-  if (watched.sent_files == file_states || (watched.paused_until && !watched.paused_until->has_passed()))
-    return Backlog::none;
-  watched.paused_until.reset();
+  watched.files = {.record = read_file_state(path),
+                   .status = read_file_state(record::status_path(path)),
+                   .live_copy = read_file_identity(record::live_copy_path(path))};
+  if (watched.sent_files == watched.files || is_paused(watched)) return Backlog::none;
+  watched.pause.reset();
   const auto status = record::read_fresh_status(path);
   const auto files = record::find_source_files(path, status.has_value());
   if (!files) return failure(files.error());
@@ -256,9 +255,22 @@ Result<Publisher::Backlog> Publisher::send_run(const std::string& path, WatchedR
   const bool is_live = files->parts.front().is_live_copy;
   if (is_live) return send_live_state(status, run).map([] { return Backlog::none; });
   if (auto ended = end_run(*files, run); !ended) return failure(ended.error());
-  watched.sent_files = file_states;
+  watched.sent_files = watched.files;
   watched.reported_fault.clear();
   return Backlog::none;
+}
+
+bool Publisher::is_paused(const WatchedRun& watched) {
+  const auto& pause = watched.pause;
+  return pause && !pause->until.has_passed() && (!pause->files || *pause->files == watched.files);
+}
+
+void Publisher::pause_run(WatchedRun& watched, const Fault& fault) {
+  if (is_being_written(fault)) return;
+  const bool is_refused = is_store_fault(fault) && fault.kind == FaultKind::refused;
+  watched.pause.emplace(Pause{.until = Deadline(kFaultPause)});
+  if (!is_refused) watched.pause->files = watched.files;
+  if (is_refused && watched.run) watched.run->position.reset();
 }
 
 Result<void> Publisher::send_document(const std::string& path) {
@@ -282,7 +294,7 @@ Result<void> Publisher::send_if_due(WatchedFile& file, const std::string& path,
   if (!sent && !report_file_fault(sent.error(), path, file.reported_fault)) return sent;
   if (sent) file.reported_fault.clear();
   if (!sent && sent.error().kind == FaultKind::refused)
-    file.note_refusal(state, kRefusalPause);
+    file.note_refusal(state, kFaultPause);
   else
     file.note_done(state);
   return {};
@@ -318,9 +330,7 @@ Result<Publisher::Backlog> Publisher::run_round() {
     if (sent && *sent == Backlog::some) backlog = Backlog::some;
     if (sent) continue;
     if (!report_file_fault(sent.error(), path, watched.reported_fault)) return failure(sent.error());
-    if (sent.error().kind != FaultKind::refused) continue;
-    watched.paused_until.emplace(kRefusalPause);
-    if (watched.run) watched.run->position.reset();
+    pause_run(watched, sent.error());
   }
   for (const auto& path : found_documents_)
     if (auto sent = send_if_due(documents_[path], path, [&] { return send_document(path); }); !sent)

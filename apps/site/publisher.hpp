@@ -4,8 +4,8 @@
 /// local state: it queries the position of each run from the store. So it may be killed at any time, and two publishers
 /// may send the same run.
 ///
-/// A refusal of the store is reported once, and the run or document is retried after a pause. After any other fault of
-/// the store, the publisher connects again, after increasing waits. Used by one thread.
+/// A fault of one run or document is reported once, and the run or document is retried after a pause. After any fault
+/// of the store except a refusal, the publisher connects again, after increasing waits. Used by one thread.
 #pragma once
 
 #include <algorithm>
@@ -129,12 +129,19 @@ class Publisher {
     FileState record, status, live_copy;
     bool operator==(const FileStates&) const = default;
   };
+  /// Pause after a fault of a run. A fault of the files does not pause a run whose files change.
+  struct Pause {
+    Deadline until;
+    /// States of the files at the fault; empty after a refusal of the store.
+    std::optional<FileStates> files{};
+  };
   struct WatchedRun {
     std::optional<Run> run;
+    /// States of the files when they were last looked at.
+    FileStates files;
     /// States of the files when the run was last sent completely. While they do not change, nothing is sent.
     std::optional<FileStates> sent_files;
-    /// Pause after the store's refusal.
-    std::optional<Deadline> paused_until;
+    std::optional<Pause> pause;
     std::string reported_fault;  ///< last reported
   };
   /// States whether a run has more rows to send. A long run is sent in turns, so the other runs need not wait for it.
@@ -145,9 +152,11 @@ class Publisher {
   void find_files();
   /// Sends one turn of each run, and the new documents. Returns Backlog::some if a run has more rows.
   [[nodiscard]] Result<Backlog> run_round();
-  /// Sends one turn of a run. Skips a run that was sent completely and has not changed, or that is paused after a
-  /// refusal.
+  /// Sends one turn of a run. Skips a run that was sent completely and has not changed, or that is paused.
   [[nodiscard]] Result<Backlog> send_run(const std::string& path, WatchedRun& watched);
+  [[nodiscard]] static bool is_paused(const WatchedRun& watched);
+  /// Pauses a run after its fault, unless the fault is that the run is being written.
+  static void pause_run(WatchedRun& watched, const Fault& fault);
   /// Reads the header of the record into `watched` unless it contains this run already. Returns false if the program of
   /// the run has not written the start yet. `is_written`: a program is writing the record.
   [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, WatchedRun& watched);

@@ -656,6 +656,24 @@ class Withheld(unittest.TestCase):
         self.assertTrue(until(lambda: finished(self.store, run), 20), rig.log.read_text())
         self.assertEqual(rig.stop(), 0)
 
+    def test_an_archive_that_fails_is_not_tried_each_second(self) -> None:
+        command = '[archive]\ncommand = ["sh", "-c", "echo $0 >> tries; exit 1", "{file}", "{sha256}"]'
+        rig, _ = self.rig("archive", 23, command.replace("tries", str(self.store.folder / "tries")))
+        rig.start()
+        tries = self.store.folder / "tries"
+        self.assertTrue(until(tries.exists), rig.log.read_text())
+        time.sleep(3.5)
+        self.assertEqual(len(tries.read_text().splitlines()), 1)
+        other = record(rig.records / "next.db", "tests/profiles/ten-seconds.toml", seed=24)
+        rows = lambda: len(stored_rows(self.store, run_of(other)))  # noqa: E731
+        self.assertTrue(until(rows, 20), "other runs go on")
+        missing, kept = self.rig("nowhere", 25, '[archive]\nfolder = "none"')
+        missing.start()
+        self.assertTrue(until(lambda: "No such file" in missing.log.read_text()))
+        time.sleep(2.5)
+        self.assertEqual(missing.log.read_text().count("No such file"), 1)
+        self.assertFalse(finished(self.store, run_of(kept)))
+
 
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""

@@ -61,7 +61,9 @@ Result<void> publish(const PublishOptions& options, int stop) {
   if (options.once) return publisher.send_once();
   if (!options.status) return publisher.serve();
   return publisher.read_lags().and_then([&](const std::vector<RunLag>& lags) {
-    return write_to_stdout(options.json ? format_json(lags) : format_lines(lags));
+    return write_to_stdout(options.json ? format_json(lags) : format_lines(lags)).and_then([&] {
+      return publisher.check_folders();
+    });
   });
 }
 

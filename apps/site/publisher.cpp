@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/site/publisher.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 
@@ -70,6 +73,13 @@ std::vector<std::string> list_subfolders(const std::vector<std::string>& tops) {
   return folders;
 }
 
+/// Fails with bad_file if the folder is missing or cannot be read.
+Result<void> check_folder(const std::string& folder) {
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.is_open()) return {};
+  return failure(FaultKind::bad_file, folder, fmt::format("{}; its runs are not sent", std::strerror(errno)));
+}
+
 std::uint64_t process_seed() {
   return static_cast<std::uint64_t>(since_boot().count()) ^ static_cast<std::uint64_t>(::getpid());
 }
@@ -111,6 +121,24 @@ void Publisher::find_files() {
   for (const auto& path : records) runs_.try_emplace(path);
   std::erase_if(runs_, [&](const auto& entry) { return !records.contains(entry.first); });
   std::erase_if(documents_, [&](const auto& entry) { return !found_documents_.contains(entry.first); });
+}
+
+Result<void> Publisher::check_folders() const {
+  for (const auto& folder : settings_.folders)
+    if (auto readable = check_folder(folder); !readable) return readable;
+  return {};
+}
+
+void Publisher::report_folders() {
+  for (const auto& folder : settings_.folders) {
+    const auto readable = check_folder(folder);
+    if (!readable && !first_file_fault_) first_file_fault_ = readable.error();
+    auto line = readable ? std::string() : text(readable.error());
+    auto& reported = folder_faults_[folder];
+    if (line == reported) continue;
+    reported = std::move(line);
+    if (!readable) report_fault_(readable.error());
+  }
 }
 
 bool Publisher::report_file_fault(const Fault& fault, const std::string& path, std::string& reported) {
@@ -322,6 +350,7 @@ Result<void> Publisher::send_check_standards() {
 }
 
 Result<Publisher::Backlog> Publisher::run_round() {
+  report_folders();
   find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   auto backlog = Backlog::none;
@@ -375,6 +404,9 @@ Result<std::vector<RunLag>> Publisher::read_lags() {
   find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   std::vector<RunLag> lags;
+  for (const auto& folder : settings_.folders)
+    if (const auto readable = check_folder(folder); !readable)
+      lags.push_back({.name = folder, .error = readable.error().what});
   for (const auto& [path, watched] : runs_) {
     auto& lag = lags.emplace_back(RunLag{.name = path});
     const auto fresh = record::read_fresh_status(path);

@@ -109,8 +109,11 @@ class Publisher {
   [[nodiscard]] Result<void> serve();
   /// Sends all data that exist now. Fails with the first fault that prevents a file from being sent.
   [[nodiscard]] Result<void> send_once();
-  /// Returns the position of each run on the rig and in the store. Sends nothing.
+  /// Returns the position of each run on the rig and in the store, after a line for each folder that cannot be read.
+  /// Sends nothing.
   [[nodiscard]] Result<std::vector<RunLag>> read_lags();
+  /// Fails with bad_file, which names the first folder that is missing or cannot be read.
+  [[nodiscard]] Result<void> check_folders() const;
 
  private:
   struct Run {
@@ -150,6 +153,8 @@ class Publisher {
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
   void find_files();
+  /// Reports each folder that cannot be read, once until it can be read again.
+  void report_folders();
   /// Sends one turn of each run, and the new documents. Returns Backlog::some if a run has more rows.
   [[nodiscard]] Result<Backlog> run_round();
   /// Sends one turn of a run. Skips a run that was sent completely and has not changed, or that is paused.
@@ -191,6 +196,8 @@ class Publisher {
   std::string reported_store_fault_;  ///< empty while connected
   /// Key: path of the record.
   std::map<std::string, WatchedRun> runs_;
+  /// The last reported fault of each folder, by path; empty if it can be read.
+  std::map<std::string, std::string> folder_faults_;
   /// The JSON files, by path.
   std::map<std::string, WatchedFile> documents_;
   std::set<std::string> found_documents_;

@@ -674,6 +674,29 @@ class Withheld(unittest.TestCase):
         self.assertEqual(missing.log.read_text().count("No such file"), 1)
         self.assertFalse(finished(self.store, run_of(kept)))
 
+    def test_a_missing_folder_is_told(self) -> None:
+        rig, day = self.rig("folders", 26)
+        rig.file.write_text(rig.file.read_text().replace('["runs"]', '["runs", "gone"]'))
+        gone = rig.folder / "gone"
+        for words in (["--once"], ["--status"], ["--status", "--json"]):
+            done = subprocess.run([PUBLISH, "--site", rig.file, *words], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 4, words)
+            self.assertIn(f"{gone}: No such file or directory", done.stderr)
+        self.assertIn(str(gone), done.stdout)
+        self.assertTrue(finished(self.store, run_of(day)), "the other folder was sent")
+        rig.start()
+        told = lambda: rig.log.read_text().count(f"{gone}: No such file")  # noqa: E731
+        self.assertTrue(until(lambda: told() == 1), rig.log.read_text())
+        time.sleep(2.5)
+        self.assertEqual(told(), 1)
+        gone.mkdir()
+        time.sleep(2.5)
+        gone.rmdir()
+        self.assertTrue(until(lambda: told() == 2), rig.log.read_text())
+        gone.write_text("not a folder")
+        self.assertTrue(until(lambda: "Not a directory" in rig.log.read_text()), rig.log.read_text())
+        self.assertEqual(rig.stop(), 0)
+
 
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <libpq-fe.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 
 #include <array>
@@ -11,6 +12,7 @@
 #include <cstring>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::site {
@@ -40,6 +42,16 @@ Result<void> check_passfile(const std::string& path) {
   if ((facts.st_mode & 077) != 0)
     return failure(FaultKind::bad_file, "passfile " + path, "is accessible to other users, expected mode 0600");
   return {};
+}
+
+/// Copies a credential to a private file in memory, which libpq accepts as a passfile.
+Result<Descriptor> copy_credential(const std::string& path) {
+  const auto content = read_text_file(path);
+  if (!content) return failure(FaultKind::bad_file, "passfile " + path, content.error().what);
+  Descriptor copy(::memfd_create("passfile", MFD_CLOEXEC));
+  if (!copy.is_open() || ::fchmod(copy.number(), S_IRUSR | S_IWUSR) != 0 || !write_all(copy.number(), *content))
+    return failure(FaultKind::storage, "passfile " + path, std::strerror(errno));
+  return copy;
 }
 
 /// Returns whether `ports` are the ports of one or more hosts, such as "5432" or "5432,5433". An empty one is the
@@ -137,20 +149,34 @@ Result<void> Postgres::wait_until_connected() {
 
 Result<Postgres> Postgres::connect(const StoreAddress& address, const WaitLimits& limits) {
   if (auto good = check_conninfo(address.conninfo); !good) return failure(good.error());
-  if (!address.passfile.empty())
-    if (auto good = check_passfile(address.passfile); !good) return failure(good.error());
+  auto passfile = address.passfile;
+  Descriptor copy;  // libpq reads the passfile in PQconnectStartParams()
+  if (address.is_credential) {
+    auto copied = copy_credential(address.passfile);
+    if (!copied) return failure(copied.error());
+    copy = std::move(*copied);
+    passfile = fmt::format("/proc/self/fd/{}", copy.number());
+  } else if (!passfile.empty()) {
+    if (auto good = check_passfile(passfile); !good) return failure(good.error());
+  }
   std::vector<const char*> keys{"dbname", "application_name", "client_encoding"};
   std::vector<const char*> values{address.conninfo.c_str(), "gyrotherm", "UTF8"};
-  if (!address.passfile.empty()) {
+  if (!passfile.empty()) {
     keys.push_back("passfile");
-    values.push_back(address.passfile.c_str());
+    values.push_back(passfile.c_str());
   }
   keys.push_back(nullptr);
   values.push_back(nullptr);
   constexpr int kFirstIsConninfo = 1;
   Postgres made(PQconnectStartParams(keys.data(), values.data(), kFirstIsConninfo), limits);
   if (!made.connection_) return failure(FaultKind::storage, kStore, "no memory");
-  if (auto connected = made.wait_until_connected(); !connected) return failure(connected.error());
+  if (auto connected = made.wait_until_connected(); !connected) {
+    auto fault = connected.error();
+    // libpq names the file whose password was wrong.
+    if (const auto at = passfile.empty() ? std::string::npos : fault.what.find(passfile); at != std::string::npos)
+      fault.what.replace(at, passfile.size(), address.passfile);
+    return failure(std::move(fault));
+  }
   PQsetnonblocking(made.connection_.get(), 1);
   PQsetNoticeProcessor(
       made.connection_.get(), [](void*, const char*) {}, nullptr);

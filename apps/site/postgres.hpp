@@ -34,6 +34,9 @@ struct StoreAddress {
   std::string conninfo;
   /// A file in the format of libpq (host:port:database:user:password); empty: ~/.pgpass.
   std::string passfile{};
+  /// True if `passfile` is a systemd credential. Its mode may grant the group access, because systemd 254 and later
+  /// give it to the service by an access control list.
+  bool is_credential{};
 };
 
 /// Location (`where`) of faults of the server and the connection.
@@ -78,7 +81,7 @@ using Parameter = std::optional<std::string>;
 class Postgres {
  public:
   /// Connects. Fails as described above, with usage if the address is invalid or contains a password, or with bad_file
-  /// if the passfile does not exist or other users may read it.
+  /// if the passfile does not exist, or if it is not a credential and other users may read it.
   [[nodiscard]] static Result<Postgres> connect(const StoreAddress& address, const WaitLimits& limits);
 
   /// Sends a statement with its parameters, $1 first, and returns its result.

@@ -49,6 +49,7 @@ StoreAddress read_store_address(const TomlTable& table, const std::string& file,
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
     table.note_error("address", good.error().what);
   address.passfile = read_passfile(table, file, credentials);
+  address.is_credential = table.has("credential");
   return address;
 }
 

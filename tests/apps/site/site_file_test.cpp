@@ -109,7 +109,30 @@ TEST(SiteFile, RefusesLiveTableWithRemedy) {
 TEST(SiteFile, TakesACredentialFromTheFolderOfSystemd) {
   const auto text = without(kWhole, "passfile = \"pgpass\"", "credential = \"store\"");
   EXPECT_NE(mistakes_of(text).find("LoadCredential"), std::string::npos);
-  EXPECT_EQ(parse_site(text, "site.toml", "/run/credentials/x").value().store.passfile, "/run/credentials/x/store");
+  const auto store = parse_site(text, "site.toml", "/run/credentials/x").value().store;
+  EXPECT_EQ(store.passfile, "/run/credentials/x/store");
+  EXPECT_TRUE(store.is_credential);
+  EXPECT_FALSE(parse_site(kWhole, "site.toml", "").value().store.is_credential);
+}
+
+/// systemd 254 and later give the credential to root, and to the service by an access control list: mode 0440.
+TEST(StoreAddress, TakesCredentialThatItsGroupMayRead) {
+  const auto path = (fs::temp_directory_path() / ("gyrotherm-credential-" + std::to_string(::getpid()))).string();
+  std::ofstream(path) << "*:*:*:*:secret\n";
+  const auto find_fault = [&](bool is_credential, const std::string& file) {
+    const auto connected = Postgres::connect(
+        {.conninfo = "host=/nowhere user=ada dbname=x", .passfile = file, .is_credential = is_credential}, {});
+    return connected ? FaultKind::usage : connected.error().kind;
+  };
+  using enum fs::perms;
+  for (const auto mode : {owner_read | group_read, owner_read | owner_write, owner_read}) {
+    fs::permissions(path, mode);
+    EXPECT_EQ(find_fault(true, path), FaultKind::disconnected) << static_cast<int>(mode);
+    const bool is_private = (mode & group_read) == none;
+    EXPECT_EQ(find_fault(false, path), is_private ? FaultKind::disconnected : FaultKind::bad_file);
+  }
+  EXPECT_EQ(find_fault(true, path + ".none"), FaultKind::bad_file);
+  fs::remove(path);
 }
 
 TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {

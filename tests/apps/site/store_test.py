@@ -799,8 +799,19 @@ class Entrance(unittest.TestCase):
 
     def test_a_credential_of_systemd(self) -> None:
         rig = self.rig("credential", store='credential = "store"')
-        self.pgpass(rig, mode=0o400)
-        (rig.folder / "pgpass").rename(rig.folder / "store")
+        for mode in (0o400, 0o440):  # systemd before 254, and later with an access control list
+            self.pgpass(rig, mode=mode)
+            (rig.folder / "pgpass").rename(rig.folder / "store")
+            done = subprocess.run(
+                [PUBLISH, "--site", rig.file, "--once"],
+                capture_output=True,
+                text=True,
+                check=False,
+                env={"CREDENTIALS_DIRECTORY": str(rig.folder)},
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("TLSv1.3", done.stderr)
+        (rig.folder / "store").write_text("*:*:gyrotherm:rig_1:two\n")
         done = subprocess.run(
             [PUBLISH, "--site", rig.file, "--once"],
             capture_output=True,
@@ -808,7 +819,8 @@ class Entrance(unittest.TestCase):
             check=False,
             env={"CREDENTIALS_DIRECTORY": str(rig.folder)},
         )
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn(str(rig.folder / "store"), done.stderr)
         done = rig.once()
         self.assertEqual(done.returncode, 4)
         self.assertIn("LoadCredential", done.stderr)

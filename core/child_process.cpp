@@ -158,7 +158,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& files) {
+Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& files, bool has_own_group = false) {
   std::vector<char*> words;
   for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));  // execve() requires it
   words.push_back(nullptr);
@@ -167,7 +167,10 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& 
   sigset_t none;
   sigemptyset(&none);
   posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  // The process group 0 stands for one with the number of the child.
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes,
+                           static_cast<short>(POSIX_SPAWN_SETSIGMASK | (has_own_group ? POSIX_SPAWN_SETPGROUP : 0)));
   pid_t child{};
   const int code = ::posix_spawnp(&child, words.front(), files.get(), &attributes, words.data(), environ);
   posix_spawnattr_destroy(&attributes);
@@ -217,7 +220,7 @@ Result<pid_t> start(const std::vector<std::string>& command, const LaunchSetting
   }
   if (!in.output.empty()) files.open(STDOUT_FILENO, in.output.c_str(), O_WRONLY | O_CREAT | O_TRUNC);
   if (!in.folder.empty()) files.change_folder(in.folder);
-  return spawn(command, files);
+  return spawn(command, files, in.has_own_group);
 }
 
 namespace {

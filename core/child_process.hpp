@@ -79,6 +79,8 @@ struct LaunchSettings {
   std::string output{};
   /// File to which stderr is appended, and stdout too if `output` is empty.
   std::string log{};
+  /// True: the program leads a process group of its own, so that a signal to the group also reaches its children.
+  bool has_own_group{};
 };
 
 /// Starts a program without a shell. A name without a slash is searched for in PATH. The program's standard input is

@@ -94,7 +94,7 @@ Result<void> copy_to_folder(const std::string& folder, const RunFileDigest& file
 }
 
 Result<void> run_command(const std::vector<std::string>& command, Duration within, int stop) {
-  const auto child = start(command);
+  const auto child = start(command, {.has_own_group = true});
   if (!child) return failure(child.error());
   const Descriptor ended(static_cast<int>(::syscall(SYS_pidfd_open, *child, 0)));
   std::array<pollfd, 2> lines{pollfd{ended.number(), POLLIN, 0}, pollfd{stop, POLLIN, 0}};
@@ -105,7 +105,7 @@ Result<void> run_command(const std::vector<std::string>& command, Duration withi
     found = ::poll(lines.data(), lines.size(), static_cast<int>(left));
   } while (found < 0 && errno == EINTR);
   const bool has_ended = found > 0 && lines[0].revents != 0;
-  if (!has_ended) ::kill(*child, SIGKILL);
+  if (!has_ended) ::kill(-*child, SIGKILL);
   const int code = wait_for(*child);
   if (!has_ended && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
   if (!has_ended)

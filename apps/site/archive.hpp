@@ -20,7 +20,8 @@ namespace gyrotherm::site {
 /// and its digest has been checked, so a file with the final name is complete. Also removes incomplete copies of
 /// publishers that were killed.
 ///
-/// Command: runs it without a shell and waits for its end. Kills it if the time is over or `stop` is readable.
+/// Command: runs it without a shell and waits for its end. Kills it and its children if the time is over or `stop` is
+/// readable.
 ///
 /// Fails with storage (no space, no folder, or the file has changed), refused or timeout (the command), or interrupted.
 [[nodiscard]] Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop);

@@ -2,8 +2,10 @@
 #include "core/child_process.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <string>
 
 namespace gyrotherm {
@@ -65,6 +67,16 @@ TEST(ReadProgramOutput, NamesMissingProgram) {
   const auto none = read_program_output({"/nowhere/program"}, kTimeout);
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().where, "/nowhere/program");
+}
+
+TEST(Start, GivesProgramGroupOfItsOwnOnRequest) {
+  for (const bool has_own_group : {false, true}) {
+    const auto child = start({"sleep", "60"}, {.has_own_group = has_own_group});
+    ASSERT_TRUE(child);
+    EXPECT_EQ(::getpgid(*child), has_own_group ? *child : ::getpgrp());
+    ::kill(*child, SIGKILL);
+    EXPECT_EQ(wait_for(*child), 128 + SIGKILL);
+  }
 }
 
 }  // namespace

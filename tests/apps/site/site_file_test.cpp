@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "apps/site/archive.hpp"
 #include "apps/site/publisher.hpp"
@@ -149,6 +150,32 @@ TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {
   }
   backoff.reset();
   EXPECT_LE(backoff.next(), Duration(std::chrono::milliseconds(250)));
+}
+
+/// Returns whether a process runs: it exists and is not a zombie.
+bool runs(const std::string& pid) {
+  const auto status = read_text_file("/proc/" + pid + "/status");
+  return status && status->find("State:\tZ") == std::string::npos;
+}
+
+TEST(Archive, KillsCommandWithItsChildren) {
+  const auto pids = (fs::temp_directory_path() / ("gyrotherm-archive-pids-" + std::to_string(::getpid()))).string();
+  for (const std::string script :
+       {"sleep 60 & echo $! >> $0; wait", "(sleep 60 & echo $! >> $0; wait) & echo $! >> $0; wait"}) {
+    fs::remove(pids);
+    const auto failed = archive({.command = {"sh", "-c", script, pids}, .within = std::chrono::milliseconds(500)},
+                                {.path = "x", .name = "x", .sha256 = "0", .bytes = 0}, kNoDescriptor);
+    ASSERT_FALSE(failed);
+    EXPECT_EQ(failed.error().kind, FaultKind::timeout);
+    std::ifstream children(pids);
+    int seen = 0;
+    for (std::string pid; std::getline(children, pid); ++seen) {
+      for (int i = 0; i < 200 && runs(pid); ++i) ::usleep(10'000);
+      EXPECT_FALSE(runs(pid)) << script;
+    }
+    EXPECT_GT(seen, 0);
+  }
+  fs::remove(pids);
 }
 
 TEST(Archive, RunsACommandWithoutAShell) {

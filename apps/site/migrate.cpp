@@ -16,7 +16,8 @@ constexpr std::array kMigrations{Migration{1, "store", store_schema},
                                  Migration{3, "alarms", alarms_schema},
                                  Migration{4, "check-standards", check_standards_schema},
                                  Migration{5, "figures-of-types", figures_of_types_schema},
-                                 Migration{6, "real-runs", real_runs_schema}};
+                                 Migration{6, "real-runs", real_runs_schema},
+                                 Migration{7, "growing-runs", growing_runs_schema}};
 
 /// Creates the schema and the table of applied migrations, if they do not exist.
 constexpr const char* kCreateMigrationTable = R"(

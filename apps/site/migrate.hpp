@@ -21,6 +21,7 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view check_standards_schema();
 [[nodiscard]] std::string_view figures_of_types_schema();
 [[nodiscard]] std::string_view real_runs_schema();
+[[nodiscard]] std::string_view growing_runs_schema();
 
 struct Migration {
   int number{};

@@ -159,9 +159,17 @@ Result<void> Publisher::query_position(Run& run) {
   if (!position) return failure(position.error());
   if (!*position) {
     if (auto added = store_->add_run(run.info.id, settings_.rig, run_as_json(run.info)); !added) return added;
-    position = RunPosition{};
+    position = RunPosition{.sent_segments = run.info.segments.size()};
   }
   run.position = **position;
+  return {};
+}
+
+Result<void> Publisher::send_segments(Run& run) {
+  if (!run.info.goal || !store_->has_growing_runs()) return {};
+  if (run.position->sent_segments == run.info.segments.size()) return {};
+  if (auto sent = store_->add_segments(run.info.id, segments_as_json(run.info)); !sent) return sent;
+  run.position->sent_segments = run.info.segments.size();
   return {};
 }
 
@@ -233,6 +241,7 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
 Result<Publisher::Backlog> Publisher::send_recorded(const record::RecordFiles& files, Run& run) {
   if (auto queried = query_position(run); !queried) return failure(queried.error());
   if (run.position->is_closed()) return Backlog::none;
+  if (auto sent = send_segments(run); !sent) return failure(sent.error());
   const auto rows = send_rows(files, run);
   if (!rows || *rows == Backlog::some) return rows;
   return send_events_and_gaps(files, run).map([] { return Backlog::none; });
@@ -260,6 +269,11 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
     run.channels = stored_channels(run.info);
     run.history = record::find_named_history(run.info, files.path);
+  } else if (watched.run->info.goal && !record::has_ended(watched.run->info)) {
+    auto info = record::read_source_info(files);
+    if (!info) return failure(info.error());
+    watched.run->info.segments = std::move(info->segments);
+    watched.run->info.added_blocks = std::move(info->added_blocks);
   }
   watched.run->states = std::move(states);
   return true;

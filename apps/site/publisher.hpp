@@ -168,6 +168,8 @@ class Publisher {
   /// Sends the rows of one turn. If no rows remain, also sends events and gaps. Sends nothing to a closed run.
   [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> query_position(Run& run);
+  /// Sends the segments of a run that ends by itself if decisions have added some.
+  [[nodiscard]] Result<void> send_segments(Run& run);
   [[nodiscard]] Result<Backlog> send_rows(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
   /// Sends state, cause and alarms of the status file, if it belongs to this run.

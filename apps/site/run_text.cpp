@@ -104,6 +104,17 @@ Json unit_as_json(const record::UnitInfo& unit) {
   return {{"label", unit.name}, {"serial_number", unit.serial_number}, {"model", unit.model}, {"axes", axes}};
 }
 
+Json make_segments_json(const record::RunInfo& info) {
+  Json segments = Json::array();
+  for (const auto& segment : info.segments)
+    segments.push_back({{"name", segment.name},
+                        {"hold", segment.hold},
+                        {"target_c", segment.target.value},
+                        {"rate_c_per_min", segment.rate.value},
+                        {"cycle", segment.cycle}});
+  return segments;
+}
+
 void append_cell(std::string& text, const record::Statement& row, int column, const StoredChannel& channel) {
   if (row.null(column)) {
     text += "NULL";
@@ -168,13 +179,6 @@ std::string run_as_json(const record::RunInfo& info) {
   for (const auto& channel : stored_channels(info)) channels.push_back(channel_as_json(channel));
   Json units = Json::array();
   for (const auto& unit : info.units) units.push_back(unit_as_json(unit));
-  Json segments = Json::array();
-  for (const auto& segment : info.segments)
-    segments.push_back({{"name", segment.name},
-                        {"hold", segment.hold},
-                        {"target_c", segment.target.value},
-                        {"rate_c_per_min", segment.rate.value},
-                        {"cycle", segment.cycle}});
   Json json{{"started_ns", info.started_utc.count()},
             {"profile", info.profile_name},
             {"simulated", record::is_simulated(info)},
@@ -187,13 +191,15 @@ std::string run_as_json(const record::RunInfo& info) {
             {"days_later", info.days_later},
             {"chamber", info.chamber_instrument},
             {"cycles", info.cycles},
-            {"segments", segments},
+            {"segments", make_segments_json(info)},
             {"units", units},
             {"channels", channels}};
   // Only a run with an order has the key: the text of every other run is as in versions without orders.
   if (!info.order_number.empty()) json["order_number"] = info.order_number;
   return json_text(json);
 }
+
+std::string segments_as_json(const record::RunInfo& info) { return json_text(make_segments_json(info)); }
 
 Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                            std::int64_t after, std::int64_t most) {

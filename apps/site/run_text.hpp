@@ -37,6 +37,9 @@ struct StoredChannel {
 /// Returns the argument of add_run().
 [[nodiscard]] std::string run_as_json(const record::RunInfo& info);
 
+/// Returns the segments of a run: the argument of add_segments().
+[[nodiscard]] std::string segments_as_json(const record::RunInfo& info);
+
 /// The state of a run, its cause, and its alarms: the arguments of Store::update_state().
 struct LiveState {
   std::string state{}, cause{}, alarms{};
@@ -55,6 +58,8 @@ struct RunPosition {
   bool dropped{};
   /// State that was last sent on this connection.
   LiveState sent_state{};
+  /// Number of segments that were sent on this connection; empty if unknown.
+  std::optional<std::size_t> sent_segments{};
   /// Returns true if the store accepts no more data for the run.
   [[nodiscard]] bool is_closed() const { return finished || dropped; }
 };

@@ -40,6 +40,10 @@ Result<void> Store::add_run(const std::string& run, const std::string& rig, cons
   return call("SELECT gyrotherm.add_run($1, $2, $3)", {run, rig, json});
 }
 
+Result<void> Store::add_segments(const std::string& run, const std::string& json) {
+  return call("SELECT gyrotherm.add_segments($1, $2)", {run, json});
+}
+
 Result<void> Store::send_rows(const std::string& run, const RowBatch& batch) {
   return connection_.send("SELECT gyrotherm.add_rows($1, $2, $3, $4, $5)",
                           {run, std::to_string(batch.after), batch.slots, batch.utcs, batch.numbers});

@@ -18,6 +18,8 @@ namespace gyrotherm::site {
 inline constexpr int kOldestStore = 1;
 /// Number of the migration that added check standards.
 inline constexpr int kCheckStandardStore = 4;
+/// Number of the migration that added the segments of runs that end by themselves.
+inline constexpr int kGrowingRunStore = 7;
 
 class Store {
  public:
@@ -30,6 +32,10 @@ class Store {
   /// Returns the last slot, event and gap of a run that the store has, or nothing if it does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
   [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
+  /// Returns whether the store has the migration that add_segments() needs.
+  [[nodiscard]] bool has_growing_runs() const { return version_ >= kGrowingRunStore; }
+  /// Sends all segments of a run. Those that the store has must be the first ones.
+  [[nodiscard]] Result<void> add_segments(const std::string& run, const std::string& json);
   /// Sends rows without waiting for the result, so the caller can read the next batch before it calls await_rows().
   [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
   [[nodiscard]] Result<void> await_rows();

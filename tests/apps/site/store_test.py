@@ -697,6 +697,48 @@ class Withheld(unittest.TestCase):
         self.assertTrue(until(lambda: "Not a directory" in rig.log.read_text()), rig.log.read_text())
         self.assertEqual(rig.stop(), 0)
 
+    def test_a_run_that_ends_by_itself_gets_its_further_segments(self) -> None:
+        rig = Rig(self.store, self.store.folder / "until", name="until")
+        path = rig.records / "until.db"
+        done = subprocess.run(
+            [GYROTHERM, "run", "tests/profiles/short-until.toml", "--rig", "virtual-supply", "--out", path, "--quiet"],
+            cwd=SOURCE, capture_output=True, text=True, check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(rig.once().returncode, 0)
+        run = run_of(path)
+        segments = f"SELECT jsonb_array_length(info->'segments') FROM gyrotherm.run WHERE id = '{run}'"
+        whole = self.store.sql(segments)
+        self.assertGreater(int(whole[0][0]), 2)
+        self.store.sql("UPDATE gyrotherm.run SET finished = false, info = jsonb_set(info, '{segments}',"
+                       f" jsonb_path_query_array(info->'segments', '$[0 to 1]')) WHERE id = '{run}'")
+        self.assertEqual(self.store.sql(segments), [["2"]])
+        sent = rig.once()
+        self.assertEqual(sent.returncode, 0, sent.stderr)
+        self.assertEqual(self.store.sql(segments), whole)
+
+    def test_segments_are_only_added_at_the_end(self) -> None:
+        run = str(uuid.uuid4())
+        info = {"started_ns": 10**18, "profile": "p", "simulated": False, "imported": False, "units": [],
+                "channels": [], "segments": [{"name": "a"}, {"name": "b"}]}
+        self.store.sql(f"SELECT gyrotherm.add_run('{run}', 'growing', '{json.dumps(info)}')", "rig_1")
+        add = lambda *names, user="rig_1": self.store.try_sql(  # noqa: E731
+            f"SELECT gyrotherm.add_segments('{run}', '{json.dumps([{'name': name} for name in names])}')", user)
+        for names, length in ((("a",), 2), ((), 2), (("a", "b"), 2), (("a", "b", "c"), 3), (("a", "b"), 3)):
+            self.assertEqual(add(*names).stdout.strip(), str(length), names)
+        for names in (("b",), ("a", "c", "c", "d"), ("a", "b", "d", "e")):
+            self.assertIn("a segment that is there is another one", add(*names).stderr)
+        self.assertIn("is not one of rig_2", add("a", "b", "c", "d", user="rig_2").stderr)
+        self.assertIn("permission denied", add("a", "b", "c", "d", user="ada").stderr)
+        self.assertIn("not a list", self.store.try_sql(
+            f"SELECT gyrotherm.add_segments('{run}', '{{}}')", "rig_1").stderr)
+        self.store.sql(f"SELECT gyrotherm.add_run('{run}', 'growing', '{json.dumps(info)}')", "rig_1")
+        other = json.dumps(info | {"profile": "q"})
+        self.assertIn("is another one", self.store.try_sql(
+            f"SELECT gyrotherm.add_run('{run}', 'growing', '{other}')", "rig_1").stderr)
+        self.store.sql(f"SELECT gyrotherm.give_up('{run}')")
+        self.assertIn("the run is finished", add("a", "b", "c", "d").stderr)
+
 
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""

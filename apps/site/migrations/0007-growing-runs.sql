@@ -1,0 +1,81 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Runs that end by themselves grow, a month is dropped more than once, and imported tables have no clock.
+
+-- As in migration 6, but the segments of the same run may differ: add_segments() adds those that decisions add later.
+CREATE OR REPLACE FUNCTION gyrotherm.add_run(a_run uuid, a_rig text, a_info jsonb) RETURNS void
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' SET lock_timeout = '10s'
+AS $$
+DECLARE
+  begun timestamptz := gyrotherm.utc((a_info->>'started_ns')::bigint);
+  kept jsonb := a_info - 'channels';
+  there gyrotherm.run;
+  is_new boolean := false;
+BEGIN
+  IF begun IS NULL OR begun < 'epoch' OR begun >= '2117-01-01' THEN
+    PERFORM gyrotherm.refuse('no run starts then');
+  END IF;
+  IF NOT EXISTS (SELECT FROM gyrotherm.run WHERE id = a_run) THEN
+    PERFORM gyrotherm.end_stale();
+    PERFORM gyrotherm.own_rig(a_rig);
+    PERFORM gyrotherm.make_month(begun);
+    INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info, heard)
+    VALUES (a_run, a_rig, session_user, begun, a_info->>'profile', (a_info->>'simulated')::boolean,
+            (a_info->>'imported')::boolean, kept, now())
+    ON CONFLICT DO NOTHING;
+    is_new := FOUND;
+  END IF;
+  IF NOT is_new THEN -- or another session was faster
+    there := gyrotherm.own_run(a_run);
+    IF there.info - 'segments' <> kept - 'segments' OR there.rig <> a_rig THEN
+      PERFORM gyrotherm.refuse('the run that is there is another one');
+    END IF;
+    RETURN;
+  END IF;
+  INSERT INTO gyrotherm.channel(run, position, name, unit, measures, unit_under_test, words, calibration)
+  SELECT a_run, c.position, c.value->>'name', c.value->>'unit', c.value->>'measures', c.value->>'unit_under_test',
+         CASE WHEN c.value ? 'words' THEN ARRAY(SELECT jsonb_array_elements_text(c.value->'words')) END,
+         c.value->'calibration'
+  FROM jsonb_array_elements(a_info->'channels') WITH ORDINALITY AS c(value, position);
+  INSERT INTO gyrotherm.run_unit(run, label, serial_number, model)
+  SELECT a_run, u->>'label', u->>'serial_number', u->>'model' FROM jsonb_array_elements(a_info->'units') u
+  WHERE u->>'serial_number' <> '';
+  IF (a_info->>'simulated')::boolean OR (a_info->>'imported')::boolean THEN RETURN; END IF;
+  INSERT INTO gyrotherm.thermometer(rig, name, instrument, certificate, calibrated, due, run, started)
+  SELECT a_rig, c->>'name', c->'calibration'->>'instrument', c->'calibration'->>'certificate',
+         nullif(c->'calibration'->>'calibrated', '')::date, nullif(c->'calibration'->>'due', '')::date, a_run, begun
+  FROM jsonb_array_elements(a_info->'channels') c WHERE c->>'measures' = 'temperature' AND c ? 'calibration'
+  ON CONFLICT (rig, name) DO UPDATE SET instrument = EXCLUDED.instrument, certificate = EXCLUDED.certificate,
+    calibrated = EXCLUDED.calibrated, due = EXCLUDED.due, run = EXCLUDED.run, started = EXCLUDED.started
+  WHERE gyrotherm.thermometer.started < EXCLUDED.started;
+END
+$$;
+
+-- Replaces the segments of a run: [{"name", …}]. Those that are there must be the first ones. Fewer segments that are
+-- equal change nothing. Returns the number of the segments.
+CREATE FUNCTION gyrotherm.add_segments(a_run uuid, a_segments jsonb) RETURNS integer
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
+DECLARE
+  to_run gyrotherm.run := gyrotherm.own_run(a_run);
+  there jsonb := coalesce(to_run.info->'segments', '[]');
+  common integer;
+BEGIN
+  IF jsonb_typeof(a_segments) IS DISTINCT FROM 'array' OR jsonb_typeof(there) <> 'array'
+     OR octet_length(a_segments::text) > 10000000 THEN
+    PERFORM gyrotherm.refuse('the segments are not a list');
+  END IF;
+  common := least(jsonb_array_length(there), jsonb_array_length(a_segments));
+  IF EXISTS (
+    SELECT FROM jsonb_array_elements(there) WITH ORDINALITY AS t(value, n)
+    JOIN jsonb_array_elements(a_segments) WITH ORDINALITY AS s(value, n) USING (n)
+    WHERE n <= common AND t.value <> s.value
+  ) THEN
+    PERFORM gyrotherm.refuse('a segment that is there is another one');
+  END IF;
+  IF jsonb_array_length(a_segments) <= common THEN RETURN jsonb_array_length(there); END IF;
+  IF to_run.finished THEN PERFORM gyrotherm.refuse('the run is finished'); END IF;
+  UPDATE gyrotherm.run SET info = jsonb_set(info, '{segments}', a_segments) WHERE id = a_run;
+  RETURN jsonb_array_length(a_segments);
+END
+$$;
+REVOKE ALL ON FUNCTION gyrotherm.add_segments(uuid, jsonb) FROM PUBLIC;
+GRANT EXECUTE ON FUNCTION gyrotherm.add_segments(uuid, jsonb) TO gyrotherm_rig;

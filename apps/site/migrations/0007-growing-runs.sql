@@ -79,3 +79,46 @@ END
 $$;
 REVOKE ALL ON FUNCTION gyrotherm.add_segments(uuid, jsonb) FROM PUBLIC;
 GRANT EXECUTE ON FUNCTION gyrotherm.add_segments(uuid, jsonb) TO gyrotherm_rig;
+
+-- As in migration 1, but with `detach` the partition gets an unused name: dropped_YYYY_MM, or dropped_YYYY_MM_2 and so
+-- on if the month was dropped before.
+CREATE OR REPLACE FUNCTION gyrotherm.drop_month(a_month date, detach boolean DEFAULT false) RETURNS bigint
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' AS $$
+DECLARE
+  first timestamptz := date_trunc('month', a_month::timestamptz);
+  following timestamptz := first + interval '1 month';
+  partition text := 'sample_' || to_char(first, 'YYYY_MM');
+  base text := 'dropped_' || to_char(first, 'YYYY_MM');
+  unused text := base;
+  tried integer := 1;
+  runs bigint;
+BEGIN
+  IF to_regclass('gyrotherm.' || partition) IS NULL THEN RETURN 0; END IF;
+  PERFORM FROM gyrotherm.run WHERE started >= first AND started < following ORDER BY id FOR UPDATE;
+  IF EXISTS (SELECT FROM gyrotherm.run
+             WHERE started >= first AND started < following AND NOT finished AND NOT dropped) THEN
+    RAISE EXCEPTION 'a run that started in this month is not finished' USING ERRCODE = '55000',
+      HINT = 'see gyrotherm.v1_attention; gyrotherm.give_up(run) takes one for ended that nobody will finish';
+  END IF;
+  INSERT INTO gyrotherm.sample_hour
+    SELECT s.run, s.slot / 3600, n.position, count(*), avg(n.value), min(n.value), max(n.value)
+    FROM gyrotherm.sample s
+    CROSS JOIN LATERAL unnest(s.numbers) WITH ORDINALITY AS n(value, position)
+    WHERE s.started >= first AND s.started < following AND abs(n.value) < 1e100
+    GROUP BY s.run, s.slot / 3600, n.position
+    ON CONFLICT DO NOTHING;
+  UPDATE gyrotherm.run SET dropped = true WHERE started >= first AND started < following;
+  GET DIAGNOSTICS runs = ROW_COUNT;
+  EXECUTE format('ALTER TABLE gyrotherm.sample DETACH PARTITION gyrotherm.%I', partition);
+  IF detach THEN
+    WHILE to_regclass(format('gyrotherm.%I', unused)) IS NOT NULL LOOP
+      tried := tried + 1;
+      unused := base || '_' || tried;
+    END LOOP;
+    EXECUTE format('ALTER TABLE gyrotherm.%I RENAME TO %I', partition, unused);
+  ELSE
+    EXECUTE format('DROP TABLE gyrotherm.%I', partition);
+  END IF;
+  RETURN runs;
+END
+$$;

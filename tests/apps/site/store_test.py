@@ -1140,6 +1140,13 @@ class Retention(unittest.TestCase):
             record(rig.records / "next.db", "tests/profiles/ten-seconds.toml", seed=2)
             self.assertEqual(rig.once().returncode, 0, "the month has room again")
             self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.sample"), [[str(rows)]])
+            for number in ("2", "3"):
+                self.assertEqual(store.sql("SELECT gyrotherm.drop_month('2026-01-15', true) > 0", "gyrotherm_owner"),
+                                 [["t"]])
+                self.assertEqual(store.sql(f"SELECT count(*) FROM gyrotherm.dropped_2026_01_{number}"), [[str(rows)]])
+                record(rig.records / f"next-{number}.db", "tests/profiles/ten-seconds.toml", seed=2 + int(number))
+                self.assertEqual(rig.once().returncode, 0)
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.dropped_2026_01"), [[str(rows)]])
             store.sql("UPDATE gyrotherm.run SET finished = false WHERE NOT dropped")
             self.assertIn(
                 "not finished", store.try_sql("SELECT gyrotherm.drop_month('2026-01-15')", "gyrotherm_owner").stderr

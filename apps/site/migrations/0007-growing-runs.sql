@@ -122,3 +122,17 @@ BEGIN
   RETURN runs;
 END
 $$;
+
+-- As in migration 1, but an event without a time, as imported tables have it, has none here.
+CREATE OR REPLACE VIEW gyrotherm.v1_event AS
+  SELECT run, number, slot, gyrotherm.utc(nullif(utc_ns, 0)) AS utc, kind, interlock, reaction, segment,
+         channel, text
+  FROM gyrotherm.event;
+
+-- As in migration 1, but the times of an imported table do not count either.
+CREATE OR REPLACE VIEW gyrotherm.run_now AS
+  SELECT *, greatest(now() - heard,
+                     CASE WHEN NOT simulated AND NOT imported
+                          THEN now() - coalesce(gyrotherm.utc(last_utc_ns), started) END,
+                     interval '0') AS age
+  FROM gyrotherm.run;

@@ -739,6 +739,21 @@ class Withheld(unittest.TestCase):
         self.store.sql(f"SELECT gyrotherm.give_up('{run}')")
         self.assertIn("the run is finished", add("a", "b", "c", "d").stderr)
 
+    def test_an_imported_table_has_no_clock(self) -> None:
+        run = str(uuid.uuid4())
+        info = {"started_ns": 0, "profile": "p", "simulated": False, "imported": True, "units": [],
+                "channels": [{"name": "A", "unit": "", "measures": "program", "unit_under_test": ""}]}
+        event = {"number": 1, "slot": 0, "utc_ns": 0, "kind": "started", "interlock": None, "reaction": None,
+                 "segment": None, "channel": None, "text": "imported"}
+        timed = event | {"number": 2, "utc_ns": 10**18}
+        self.store.sql(f"SELECT gyrotherm.add_run('{run}', 'table', '{json.dumps(info)}');"
+                       f"SELECT gyrotherm.add_rows('{run}', -1, '{{0}}', '{{NULL}}', '{{\"{{1}}\"}}');"
+                       f"SELECT gyrotherm.add_events('{run}', 0, '{json.dumps([event, timed])}')", "rig_1")
+        times = f"SELECT utc IS NULL FROM gyrotherm.v1_event WHERE run = '{run}' ORDER BY number"
+        self.assertEqual(self.store.sql(times, "ada"), [["t"], ["f"]])
+        age = self.store.sql("SELECT age_s FROM gyrotherm.v1_live WHERE rig = 'table'", "ada")
+        self.assertLess(float(age[0][0]), 3600)
+
 
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""

@@ -19,15 +19,19 @@ constexpr std::array kMigrations{Migration{1, "store", store_schema},
                                  Migration{6, "real-runs", real_runs_schema},
                                  Migration{7, "growing-runs", growing_runs_schema}};
 
-/// Creates the schema and the table of applied migrations, if they do not exist.
 constexpr const char* kCreateMigrationTable = R"(
-BEGIN;
-SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'));
 CREATE SCHEMA IF NOT EXISTS gyrotherm;
 CREATE TABLE IF NOT EXISTS gyrotherm.migration (number integer PRIMARY KEY, name text NOT NULL, sha256 text NOT NULL,
                                                 applied timestamptz NOT NULL DEFAULT now());
-COMMIT;
 )";
+
+/// Creates the schema and the table of applied migrations, if they do not exist. If another program creates them at the
+/// same time, PostgreSQL refuses the first attempt.
+Result<void> create_migration_table(Postgres& store) {
+  auto created = store.execute(kCreateMigrationTable);
+  if (!created && created.error().kind == FaultKind::refused) created = store.execute(kCreateMigrationTable);
+  return created;
+}
 
 /// Fails with refused if the store has a migration that is unknown, or that differs from the known one of its number.
 Result<void> check_applied_migrations(Postgres& store, std::span<const Migration> known) {
@@ -53,8 +57,12 @@ Result<void> check_applied_migrations(Postgres& store, std::span<const Migration
 
 /// Applies a migration. Returns false, without changes, if another program has applied it in the meantime.
 Result<bool> apply_migration(Postgres& store, std::span<const Migration> known, const Migration& step) {
-  auto begun = store.execute("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
-  if (!begun) return failure(begun.error());
+  // Only the owner of the store may take this lock. Any role could hold an advisory lock.
+  auto begun = store.execute("BEGIN; LOCK TABLE gyrotherm.migration IN SHARE ROW EXCLUSIVE MODE");
+  if (!begun) {
+    if (!store.is_broken()) static_cast<void>(store.execute("ROLLBACK"));
+    return failure(begun.error());
+  }
   const auto seen = check_applied_migrations(store, known).and_then([&] {
     return store.query("SELECT FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
   });
@@ -79,7 +87,7 @@ std::span<const Migration> migrations() { return kMigrations; }
 
 Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
                      const std::function<void(const Migration&)>& done) {
-  if (auto begun = store.execute(kCreateMigrationTable); !begun) return begun;
+  if (auto created = create_migration_table(store); !created) return created;
   if (auto good = check_applied_migrations(store, known); !good) return good;
   for (const auto& step : known) {
     if (step.number > last) break;

@@ -609,6 +609,33 @@ class Upgraded(unittest.TestCase):
             self.assertIn("migration 6", store.migrate())
             self.assertEqual(store.sql(known, "ada"), [["a", "real", "2027-01-17"], ["c", "c", "2027-01-17"]])
 
+    def test_no_other_role_blocks_a_migration(self) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            for user in ("rig_1", "ada"):
+                self.assertIn("permission denied", store.try_sql(
+                    "BEGIN; LOCK TABLE gyrotherm.migration IN SHARE MODE", user).stderr)
+            held = "SELECT pg_advisory_lock(hashtext('gyrotherm.migrate')); SELECT pg_sleep(300)"
+            holder = subprocess.Popen([BIN / "psql", "-X", "-q", "-c", held, store.address("rig_1")],
+                                      stdout=subprocess.DEVNULL)
+            try:
+                waits = "SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND granted"
+                self.assertTrue(until(lambda: store.sql(waits) == [["1"]]))
+                self.assertIn("nothing to do", store.migrate())
+                store.sql("DROP SCHEMA gyrotherm CASCADE")
+                self.assertIn("migration 7", store.migrate())
+            finally:
+                holder.kill()
+                holder.wait()
+
+    def test_two_programs_create_one_store(self) -> None:
+        with cluster() as store, concurrent.futures.ThreadPoolExecutor() as pool:
+            made = [one.result() for one in [pool.submit(store.migrate) for _ in range(4)]]
+            self.assertEqual(sum(text.count("migration 1:") for text in made), 1, made)
+            last = store.sql("SELECT max(number) FROM gyrotherm.migration")
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.migration"), last)
+
 
 class Withheld(unittest.TestCase):
     """Faults of one run: the store says that it is not finished, the log has one line, and others go on."""

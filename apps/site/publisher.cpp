@@ -432,8 +432,9 @@ Result<std::vector<RunLag>> Publisher::read_lags() {
     lag.slot_on_rig = status->slot;
     lag.state = name(status->overview.state);
     const auto position = store_->position(status->id);
-    if (!position) return failure(position.error());
-    if (!*position) continue;
+    if (!position && position.error().kind != FaultKind::refused) return failure(position.error());
+    if (!position) lag.error = text(position.error());
+    if (!position || !*position) continue;
     lag.slot_in_store = (*position)->slot;
     lag.finished_in_store = (*position)->finished;
   }

@@ -724,6 +724,17 @@ class Withheld(unittest.TestCase):
         self.assertTrue(until(lambda: "Not a directory" in rig.log.read_text()), rig.log.read_text())
         self.assertEqual(rig.stop(), 0)
 
+    def test_one_bad_id_hides_no_other_status(self) -> None:
+        rig, day = self.rig("ids", 27)
+        self.assertEqual(rig.once().returncode, 0)
+        bad = record(rig.records / "bad.db", "tests/profiles/ten-seconds.toml", seed=28)
+        with contextlib.closing(sqlite3.connect(bad)) as database:
+            database.execute("UPDATE meta SET value = 'no uuid' WHERE key = 'id'")
+            database.commit()
+        shown = {row["record"]: row for row in rig.status()}
+        self.assertTrue(shown[str(day)]["finished_in_store"])
+        self.assertIn("uuid", shown[str(bad)]["trouble"])
+
     def test_a_run_that_ends_by_itself_gets_its_further_segments(self) -> None:
         rig = Rig(self.store, self.store.folder / "until", name="until")
         path = rig.records / "until.db"

@@ -99,7 +99,7 @@ void add_common_options(CLI::App& command, SiteOptions& options) {
   auto* store =
       command.add_option("--store", options.store,
                          "address of the store as a libpq connection string, such as \"host=db dbname=gyrotherm\"");
-  command.add_option("--passfile", options.passfile, "file with the password (default: ~/.pgpass)");
+  command.add_option("--passfile", options.passfile, "file with the password (default: ~/.pgpass)")->needs(store);
   command.add_option("--site", options.site_file, "site file, whose [store] table contains address and passfile")
       ->excludes(store);
 }
@@ -159,8 +159,15 @@ int run_site(int argc, char** argv) {
   status.add_flag("--json", options.json, "print JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });
   for (const auto& query : queries()) add_query(cli, query, options, action);
-  add_job_commands(cli, take_trailing_arguments(argc, argv), action);
+  const auto trailing = take_trailing_arguments(argc, argv);
+  add_job_commands(cli, trailing, action);
   if (const auto code = parse_command_line(cli, argc, argv)) return *code;
+  if (const auto& command = cli.get_subcommands().front()->get_name(); !trailing.empty() && !passes_arguments(command))
+    return report_fault(cli.get_name(),
+                        {FaultKind::usage, command,
+                         fmt::format("\"{}\" after -- is not expected; only train, seeds, leave-one-out and placement "
+                                     "pass arguments on",
+                                     trailing.front())});
   const auto done = action();
   return done ? *done : report_fault(cli.get_name(), done.error());
 }

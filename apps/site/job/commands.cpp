@@ -5,10 +5,13 @@
 #include <fmt/ranges.h>
 #include <sys/signalfd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -242,6 +245,11 @@ void add_job_commands(CLI::App& program, std::vector<std::string> task_arguments
       run_task_command);
   task.add_option("job", options->out, "the folder of the job")->required();
   task.add_option("number", options->number, "number of the task, from 0")->required();
+}
+
+bool passes_arguments(std::string_view command) {
+  constexpr std::array kPassing{"train", "seeds", "leave-one-out", "placement"};
+  return std::ranges::count(kPassing, command) > 0;
 }
 
 }  // namespace gyrotherm::site

@@ -792,6 +792,23 @@ class Withheld(unittest.TestCase):
         age = self.store.sql("SELECT age_s FROM gyrotherm.v1_live WHERE rig = 'table'", "ada")
         self.assertLess(float(age[0][0]), 3600)
 
+    def test_arguments_without_effect_are_refused(self) -> None:
+        address, site = self.store.address("ada"), self.store.folder / "query.toml"
+        site.write_text(f'schema = "gyrotherm-site/1"\n[store]\naddress = "{address}"\n')
+        for words, why in (
+            (["rigs", "--site", site, "--passfile", "none"], "--passfile requires --store"),
+            (["status", "--site", site, "--passfile", "none"], "--passfile requires --store"),
+            (["rigs", "--site", site, "--", "--all"], "after --"),
+            (["status", "--site", site, "--", "x"], "after --"),
+            (["migrate", "--site", site, "--", "x"], "after --"),
+            (["job", "none", "--", "--quick"], "after --"),
+        ):
+            done = subprocess.run([SITE, *words], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(why, done.stderr)
+        done = subprocess.run([SITE, "rigs", "--site", site], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
 
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""

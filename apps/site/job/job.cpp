@@ -261,9 +261,13 @@ Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double h
   // Leaves three records for the prior.
   constexpr std::size_t kMinRecords = 4;
   constexpr double kClustersPerHour = 36;
+  constexpr double kMaxHours = 100'000;
   if (records.size() < kMinRecords)
     return failure(FaultKind::usage, {},
                    fmt::format("{} records, expected {} or more, one per unit", records.size(), kMinRecords));
+  if (!(hours * kClustersPerHour >= 1 && hours <= kMaxHours))
+    return failure(FaultKind::usage, "--hours",
+                   fmt::format("{:g}, expected at least one cluster (100 s) and at most {:g} h", hours, kMaxHours));
   if (auto good = check_records(records); !good) return failure(good.error());
   const auto clusters = std::lround(hours * kClustersPerHour);
   std::set<std::string> names;

@@ -8,10 +8,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "apps/site/archive.hpp"
+#include "apps/site/job/job.hpp"
 #include "apps/site/publisher.hpp"
 #include "apps/site/run_text.hpp"
 #include "core/file.hpp"
@@ -176,6 +178,17 @@ TEST(Archive, KillsCommandWithItsChildren) {
     EXPECT_GT(seen, 0);
   }
   fs::remove(pids);
+}
+
+TEST(LeaveOneOut, RefusesTimeThatContainsNoCluster) {
+  const std::vector<std::string> records{"a.db", "b.db", "c.db", "d.db"};
+  for (const double hours : {0.0, -1.0, 0.02, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto job = plan_leave_one_out(records, hours, "out", {});
+    ASSERT_FALSE(job) << hours;
+    EXPECT_EQ(job.error().kind, FaultKind::usage);
+    EXPECT_EQ(job.error().where, "--hours");
+  }
+  EXPECT_NE(plan_leave_one_out(records, 0.03, "out", {}).error().where, "--hours");
 }
 
 TEST(Archive, RunsACommandWithoutAShell) {

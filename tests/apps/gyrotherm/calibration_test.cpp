@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
@@ -23,47 +22,10 @@
 #include "report/dsi.hpp"
 #include "report/order.hpp"
 #include "report/words.hpp"
-#include "tests/apps/gyrotherm/program.hpp"
+#include "tests/apps/gyrotherm/calibrated_unit.hpp"
 
 namespace gyrotherm::app {
 namespace {
-
-constexpr const char* kLaboratory = R"(schema = "gyrotherm-laboratory/1"
-name = "House of Gyros"
-city = "Berlin"
-country = "DE"
-traceability = "To the SI."
-[[person]]
-name = "B. Berg"
-role = "authorising"
-)";
-
-constexpr const char* kOrder = R"(schema = "gyrotherm-order/1"
-number = "C-1"
-received = "2025-12-20"
-issued = "2026-01-09"
-method = "Ramps and soaks"
-[customer]
-name = "Navigation <script>alert(1)</script> Works Ναυτιλία"
-city = "Hamburg"
-[[unit]]
-model = "RLG-1"
-serial_number = "0042"
-condition = "no damage"
-[[person]]
-name = "K. Kurz"
-role = "operator"
-[[limit]]
-quantity = "whole_run.rmse"
-stage = "as_left"
-at_most = 0.1
-[[limit]]
-quantity = "whole_run.std"
-stage = "uncompensated"
-at_most = 0.0001
-)";
-
-std::string read_text(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
 /// Replaces narrow and non-breaking blanks by plain ones, as pdftotext prints them, and joins lines.
 std::string plain_blanks(std::string text) {
@@ -72,41 +34,6 @@ std::string plain_blanks(std::string text) {
       text.replace(at, blank.size(), " ");
   return text;
 }
-
-/// Recorded, trained and reported once for all tests.
-class CalibrationOfAUnit : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder() = std::make_unique<Folder>();
-    std::ofstream(in("laboratory.toml")) << kLaboratory;
-    std::ofstream(in("order.toml")) << kOrder;
-    for (const auto& [profile, name] : {std::pair{"short-rate", "ramp.db"}, std::pair{"short-random", "random.db"}})
-      run("run tests/profiles/" + std::string(profile) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " +
-          in(name));
-    run("train " + in("ramp.db") + " --inputs seven-point,A --method ridge-u --out " + in("model.json"));
-    run("report " + in("ramp.db") + " " + in("random.db") + " --model " + in("model.json") + files("order.toml") +
-        " --language en,de --out " + in("report"));
-  }
-  static void TearDownTestSuite() { folder().reset(); }
-
-  static void run(const std::string& arguments) {
-    const auto ran = gyrotherm_with(arguments);
-    ASSERT_EQ(ran.exit_code, 0) << arguments << ": " << ran.err;
-  }
-  static std::string files(const std::string& order) {
-    return " --laboratory " + in("laboratory.toml") + " --order " + in(order);
-  }
-  [[nodiscard]] static std::string in(const std::string& name) { return *folder() / name; }
-  [[nodiscard]] static report::CalibrationReport read_report(const std::string& name) {
-    return report::calibration_from_json(read_text(in(name) + "/calibration.json"), name).value();
-  }
-
- private:
-  static std::unique_ptr<Folder>& folder() {
-    static std::unique_ptr<Folder> one;
-    return one;
-  }
-};
 
 TEST_F(CalibrationOfAUnit, WritesAllViews) {
   for (const char* name : {"calibration.json", "calibration.csv", "dcc.xml", "calibration.html", "calibration.de.html",
@@ -754,61 +681,6 @@ TEST_F(CalibrationOfAUnit, DistinguishesRecordsOfOneFileNameByFolder) {
   for (const report::UsedFile& file : read_report("of_one_name").files)
     if (file.role == "record") names.push_back(file.name);
   EXPECT_EQ(names, (std::vector<std::string>{"ramp/a/gyro.db", "random/a/gyro.db"}));
-}
-
-TEST_F(CalibrationOfAUnit, CompensateReadsExportedRows) {
-  run("export " + in("random.db") + " --out " + in("random.csv"));
-  run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));
-  const auto stream = gyrotherm_with("compensate " + in("model.json"), read_text(in("random.csv")));
-  ASSERT_EQ(stream.exit_code, 0) << stream.err;
-  const std::string table = read_text(in("compensated.csv"));
-  EXPECT_NE(table.find("# SIMULATED"), std::string::npos);
-  EXPECT_NE(table.find(",bias [°/h],compensated [°/h],U of a mean over 100 s [°/h]\n"), std::string::npos);
-  const auto last_of = [](std::string text, int from_behind) {
-    text.pop_back();
-    text = text.substr(text.rfind('\n') + 1);
-    for (; from_behind > 0; --from_behind) text = text.substr(0, text.rfind(','));
-    return std::stod(text.substr(text.rfind(',') + 1));
-  };
-  EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
-}
-
-TEST_F(CalibrationOfAUnit, ExportsCompensatedRowsWithSameTimes) {
-  const auto exported = [&](const std::string& how) {
-    run("export " + in("random.db") + " --from '10 min' --to '602 s' --force --out " + in("chosen.csv") + how);
-    return read_text(in("chosen.csv"));
-  };
-  const auto plain = exported(""), compensated = exported(" --compensated --model " + in("model.json"));
-  for (const char* time : {"600", "601", "602"}) {
-    EXPECT_NE(plain.find(fmt::format("\n{},{},", std::stoi(time) - 1, time)), std::string::npos) << plain;
-    EXPECT_NE(compensated.find(fmt::format("\n{},", time)), std::string::npos) << compensated;
-  }
-  EXPECT_EQ(std::ranges::count(compensated, '\n') - std::ranges::count(compensated, '#'), 4);
-  for (const std::string& how : {std::string(), " --compensated --model " + in("model.json")}) {
-    const auto none = gyrotherm_with("export " + in("random.db") + " --from '900 h' --out " + in("none.csv") + how);
-    EXPECT_EQ(none.exit_code, 2) << how;
-    EXPECT_NE(none.err.find("the record has no row in the selected range"), std::string::npos) << none.err;
-    EXPECT_FALSE(std::filesystem::exists(in("none.csv")));
-  }
-}
-
-TEST_F(CalibrationOfAUnit, LeavesMeansEmptyAcrossGap) {
-  std::filesystem::copy_file(in("random.db"), in("gap.db"));
-  {
-    auto record = record::Database::open(in("gap.db"), record::Access::read_write, 0).value();
-    ASSERT_TRUE(record.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009"));
-  }
-  run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
-  const auto compensated = [table = read_text(in("gap.csv"))](int second) {
-    auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // a second is sampled at its end
-    line = line.substr(0, line.find('\n'));
-    line = line.substr(0, line.rfind(','));
-    return line.substr(line.rfind(',') + 1);
-  };
-  EXPECT_NE(compensated(999), "");
-  EXPECT_EQ(compensated(1010), "") << "the means of the last 100 s are unknown";
-  EXPECT_EQ(compensated(1108), "");
-  EXPECT_NE(compensated(1209), "");
 }
 
 }  // namespace

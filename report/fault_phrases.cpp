@@ -174,6 +174,8 @@ constexpr StoredPhrase kFaultPhrases[] = {
      "und Datei des Datenstroms prüfen"},
     {"received bytes were dropped because they were not read in time",
      "empfangene Bytes gingen verloren, weil sie nicht rechtzeitig gelesen wurden"},
+    {"the count starts again; the counts before it are lost",
+     "die Zählung beginnt neu; die Zählungen davor sind verloren"},
     {"the frame counter restarted; the counts before it are lost",
      "der Rahmenzähler begann neu; die Zählungen davor sind verloren"},
     {"a frame was received twice or the frame counter restarted; the number of lost frames is unknown",

@@ -87,7 +87,7 @@ void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
   has_new_time_ = has_new_time_ || frame.timestamp;
   bool whole = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (i < frame.axes.size()) add_reading(frame.axes[i], axes_[i]);
+    if (i < frame.axes.size()) add_reading(frame.axes[i], !frame.good, axes_[i]);
     whole = whole && axes_[i].pending.frames > 0;
   }
   if (whole) end_round(tally);
@@ -106,7 +106,7 @@ void FrameSum::update_losses(std::uint32_t sequence, FrameTally& tally) {
     tally.lost += forward_distance(*sequence_ + step, sequence, range) / step;
 }
 
-void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
+void FrameSum::add_reading(const AxisReading& reading, bool is_bad, Axis& axis) {
   if (!reading.pulses && !reading.value) return;
   const double value = reading.value.value_or(0);
   const auto pulses = reading.pulses.value_or(0);
@@ -130,6 +130,13 @@ void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
   }
   axis.pulses = pulses;
   axis.angle = value;
+  axis.is_bad = is_bad;
+}
+
+bool FrameSum::has_bad_reference() const {
+  return std::ranges::any_of(axes_, [](const Axis& axis) {
+    return axis.is_bad && (axis.role == FieldRole::pulse_count || axis.role == FieldRole::integrated_angle);
+  });
 }
 
 Duration FrameSum::since_last_round() const {

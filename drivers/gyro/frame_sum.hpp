@@ -76,6 +76,9 @@ class FrameSum {
   /// Discards the incomplete round, after lost or bad frames. Its end is the new origin.
   void drop_round();
   [[nodiscard]] bool has_origin() const { return has_origin_; }
+  /// Returns true if the latest count or angle of an axis, from which the next difference is computed, came in a frame
+  /// that the gyro marked bad.
+  [[nodiscard]] bool has_bad_reference() const;
   /// Returns the steps of the sequence from frame to frame. Without a sequence, returns the steps of the device's time
   /// from round to round.
   [[nodiscard]] const StepWatch& steps() const { return steps_; }
@@ -94,6 +97,7 @@ class FrameSum {
     double arcsec_per_unit{};
     std::optional<std::int64_t> pulses{};
     std::optional<double> angle{};
+    bool is_bad{};  ///< the gyro marked the frame of the latest value bad
     AxisTally pending{};
   };
   struct Sequence {
@@ -106,7 +110,7 @@ class FrameSum {
     bool is_real{};  ///< so of unknown resolution
   };
 
-  static void add_reading(const AxisReading& reading, Axis& axis);
+  static void add_reading(const AxisReading& reading, bool is_bad, Axis& axis);
   void update_losses(std::uint32_t sequence, FrameTally& tally);
   void end_round(FrameTally& tally);
   [[nodiscard]] Duration since_last_round() const;

@@ -244,8 +244,7 @@ class FramedGyro final : public Gyro {
   Result<GyroCount> read(Duration expected) override {
     auto count = read_count(expected);
     if (!count) return failure(count.error());
-    if (!*count)
-      return failure(FaultKind::corrupted, place(), "the frame counter restarted; the counts before it are lost");
+    if (!*count) return failure(FaultKind::corrupted, place(), "the count starts again; the counts before it are lost");
     return std::move(**count);
   }
 
@@ -424,6 +423,7 @@ class FramedGyro final : public Gyro {
       pace_.start_at(newest_arrival_);
     else
       pace_.add(tally.interval, newest_arrival_);
+    if (found.bad > 0 && sum_.has_bad_reference()) restart_count();
     if (!found.may_have_restarted()) return;
     ++breaks_;
     open_ = open_ && commands_.start.empty();

@@ -146,7 +146,7 @@ std::optional<RawValue> parse_token(const FrameField& field, std::string_view wo
   if (field.type == FieldType::integer) {
     const auto whole = parse_whole<std::int64_t>(word, 10);
     if (!whole) return std::nullopt;
-    return RawValue{.whole = *whole};
+    return RawValue{.whole = extract_slice(field, static_cast<std::uint64_t>(*whole))};
   }
   double real{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), real);

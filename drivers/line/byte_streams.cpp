@@ -206,11 +206,14 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
   return {};
 }
 
-/// Keeps the modem lines active when the port is closed, because some instruments reset when these lines drop.
-void keep_modem_lines(int descriptor) {
+/// Sets what libserialport leaves unset. Keeps the modem lines active when the port is closed, because some instruments
+/// reset when these lines drop. Checks the parity if there is one: a byte with a wrong parity is read as NUL, which is
+/// part of no number.
+void complete_settings(int descriptor) {
   termios settings{};
   if (tcgetattr(descriptor, &settings) != 0) return;
   settings.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
+  if ((settings.c_cflag & PARENB) != 0) settings.c_iflag |= INPCK;
   tcsetattr(descriptor, TCSANOW, &settings);
 }
 
@@ -224,7 +227,7 @@ Result<Descriptor> open_port(const std::string& device, const SerialFormat& form
   sp_get_port_handle(raw, &handle);
   if (auto claimed = lock_port(handle); !claimed) return failure(std::move(claimed.error()));
   if (auto set = configure(raw, format); !set) return failure(std::move(set.error()));
-  keep_modem_lines(handle);
+  complete_settings(handle);
   tcflush(handle, TCIOFLUSH);
   return Descriptor(fcntl(handle, F_DUPFD_CLOEXEC, 0));  // sp_close() closes the original
 }

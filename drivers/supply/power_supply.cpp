@@ -266,7 +266,7 @@ class TextSupply final : public PowerSupply {
     if (number != begun_) {
       begun_ = number;
       gave_up_ = false;
-      may_clear_ = demanded == PowerDemand::on_after_trip;
+      may_clear_.assign(outputs_.size(), demanded == PowerDemand::on_after_trip);
       steps_ = demanded == PowerDemand::off ? steps_off() : steps_on();
       next_ = 0;
     }
@@ -328,8 +328,9 @@ class TextSupply final : public PowerSupply {
     auto state = read_state(output);
     if (!state) return failure(state.error());
     const auto* clear = lines(output).find(kClearTrip);
-    if (!state->trips.empty() && clear && std::exchange(may_clear_, false)) {
+    if (!state->trips.empty() && clear && may_clear_[index]) {
       if (auto cleared = tell(*clear->command, FieldValue()); !cleared) return cleared;
+      may_clear_[index] = false;
       state = read_state(output);
       if (!state) return failure(state.error());
     }
@@ -404,7 +405,8 @@ class TextSupply final : public PowerSupply {
   std::size_t next_ = 0;
   std::string trouble_;
   bool gave_up_ = false;
-  bool may_clear_ = false;
+  /// Outputs with a trip that the present demand may still clear.
+  std::vector<bool> may_clear_;
   /// Outputs that were on with the right settings before the switch.
   std::vector<bool> is_live_;
   TextInstrument instrument_;

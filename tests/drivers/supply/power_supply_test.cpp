@@ -180,6 +180,28 @@ TEST_F(TextSupplyTest, DoesNotRepeatASwitchAfterATrip) {
   EXPECT_TRUE(instrument.is_on);
 }
 
+TEST_F(TextSupplyTest, ClearsTripsOfAllOutputsAndRepeatsClearThatFailed) {
+  ScriptedE36312A first;
+  first.has_tripped = instrument.has_tripped = true;
+  auto made = std::make_unique<tests::FakeStream>();
+  int clears = 0;
+  made->instrument = [&](std::string_view question) {
+    std::string text(question);
+    if (text.starts_with("OUTP:PROT:CLE") && clears++ == 0) return std::string();  // lost
+    const auto at = text.find("(@1)");
+    if (at == std::string::npos) return instrument.answer(text);
+    return first.answer(text.replace(at, 4, "(@2)"));
+  };
+  const std::vector<OutputSettings> outputs = {{.output = 0, .voltage_v = 24, .current_a = 0.6, .over_current_a = 0.6},
+                                               {.output = 1, .voltage_v = 24, .current_a = 0.6, .over_current_a = 0.6}};
+  supply = make_text_supply(read_shipped_supply("keysight_e36312a"), outputs, std::move(made), "supply 1");
+  EXPECT_TRUE(switch_to(PowerDemand::on).gave_up);
+  EXPECT_TRUE(switch_to(PowerDemand::on_after_trip).gave_up) << "the first command was lost";
+  const auto readings = switch_to(PowerDemand::on_after_trip);
+  EXPECT_EQ(readings.pending, PowerDemand::keep) << readings.trouble;
+  EXPECT_TRUE(first.is_on && instrument.is_on);
+}
+
 TEST_F(TextSupplyTest, GivesUpWhenTheOutputTripsAtOnce) {
   supply = nullptr;
   auto made = std::make_unique<tests::FakeStream>();

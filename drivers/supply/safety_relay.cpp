@@ -6,7 +6,9 @@
 #include <array>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "core/toml_text.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/text_exchange.hpp"
@@ -18,6 +20,7 @@ constexpr Duration kConnectRelayWithin = std::chrono::seconds(2);
 constexpr Duration kRelayAnswerWithin = std::chrono::seconds(1);
 constexpr Duration kRelayPause = std::chrono::milliseconds(100);
 constexpr int kRelayReadings = 20;
+constexpr Duration kSwitchRelayWithin = std::chrono::seconds(3);
 constexpr Duration kShortestAfter = std::chrono::seconds(2), kLongestAfter = std::chrono::minutes(10);
 constexpr const char* kRtuOverTcp = "rtu_over_tcp";
 
@@ -59,15 +62,17 @@ class TextRelay final : public SafetyRelay {
  public:
   TextRelay(const Line& line, const RelaySettings& settings)
       : texts_(settings.texts),
-        exchange_(make_stream(line, {}, kConnectRelayWithin),
-                  {.question_end = "\n",
-                   .answer_end = "\n",
-                   .within = settings.link.timeout.value_or(kRelayAnswerWithin),
-                   .is_only_instrument = true}) {}
+        after_write_(settings.link.after_write.value_or(Duration{})),
+        after_read_(settings.link.after_read.value_or(Duration{})),
+        exchange_(open_stream(line, settings.link), {.question_end = "\n",
+                                                     .answer_end = "\n",
+                                                     .within = settings.link.timeout.value_or(kRelayAnswerWithin),
+                                                     .is_only_instrument = true}) {}
 
   Result<RelayPosition> read() override {
     exchange_.end_rest();
     auto answer = exchange_.query(texts_.ask);
+    exchange_.rest_before_next(after_read_);
     if (!answer) return failure(answer.error().kind, "relay", answer.error().what);
     if (answer->ends_with('\r')) answer->pop_back();
     if (*answer == texts_.is_open) return RelayPosition::open;
@@ -80,12 +85,19 @@ class TextRelay final : public SafetyRelay {
   Result<void> command(RelayPosition position) override {
     exchange_.end_rest();
     auto sent = exchange_.send(position == RelayPosition::open ? texts_.tell_open : texts_.tell_close);
+    exchange_.rest_before_next(after_write_);
     if (!sent) return failure(sent.error().kind, "relay", sent.error().what);
     return {};
   }
 
  private:
+  static std::unique_ptr<ByteStream> open_stream(const Line& line, const LinkSettings& link) {
+    auto stream = make_stream(line, {}, kConnectRelayWithin);
+    return link.echo.value_or(false) ? make_echo_stream(std::move(stream)) : std::move(stream);
+  }
+
   RelayTexts texts_;
+  Duration after_write_, after_read_;
   TextExchange exchange_;
 };
 
@@ -112,6 +124,17 @@ void read_text_relay(const TomlTable& table, RelayTexts& texts) {
     table.note_error("is_open", "the answers of both positions are equal, expected different ones");
 }
 
+/// Refuses settings that the relay's link does not have.
+void check_link(const TomlTable& table, const std::optional<Line>& line, const RelaySettings& settings) {
+  ModbusLink modbus;
+  if ((line && std::holds_alternative<SerialLine>(*line)) || settings.is_rtu_over_tcp)
+    modbus.framing = ModbusLink::Framing::rtu;
+  const bool is_text = settings.kind == RelayKind::text;
+  const auto fits = is_text ? check_text_settings(settings.link) : check_framing(modbus, settings.link);
+  if (!fits) table.note_error(fits.error().where.c_str(), fits.error().what);
+  if (is_text && settings.link.unit) table.note_error("unit", "a relay with text commands has no unit number");
+}
+
 }  // namespace
 
 RelaySettings read_relay_settings(const TomlTable& table) {
@@ -128,7 +151,9 @@ RelaySettings read_relay_settings(const TomlTable& table) {
     read_text_relay(table, settings.texts);
   else
     read_modbus_relay(table, settings);
-  settings.link = read_link_settings(table.table("link"));
+  const auto link = table.table("link");
+  settings.link = read_link_settings(link);
+  check_link(link, line ? std::optional(*line) : std::nullopt, settings);
   settings.after = table.duration("after", settings.after);
   if (settings.after < kShortestAfter || settings.after > kLongestAfter)
     table.note_error("after", "\"after\" is out of range, expected 2 s to 10 min");
@@ -167,7 +192,8 @@ std::unique_ptr<SafetyRelay> make_safety_relay(const RelaySettings& settings) {
 Result<void> switch_relay(SafetyRelay& relay, RelayPosition position, const std::function<void(Duration)>& wait) {
   Result<void> commanded = relay.command(position);
   Result<RelayPosition> shown = relay.read();
-  for (int i = 1; i < kRelayReadings && !(shown && *shown == position); ++i) {
+  const Deadline end(kSwitchRelayWithin);
+  for (int i = 1; i < kRelayReadings && !end.has_passed() && !(shown && *shown == position); ++i) {
     wait(kRelayPause);
     if (!commanded) commanded = relay.command(position);
     shown = relay.read();

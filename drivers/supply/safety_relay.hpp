@@ -65,8 +65,9 @@ class SafetyRelay {
 /// Makes the driver of a relay on its line, which opens at first use.
 [[nodiscard]] std::unique_ptr<SafetyRelay> make_safety_relay(const RelaySettings& settings);
 
-/// Commands a position and reads it back for up to two seconds. Repeats a command that failed. `wait` lets time pass.
-/// Fails with mismatch if the relay keeps the other position, and otherwise with the last fault.
+/// Commands a position and reads it back for up to two seconds, or until it has not answered for three seconds. Repeats
+/// a command that failed. `wait` lets time pass. Fails with mismatch if the relay keeps the other position, and
+/// otherwise with the last fault.
 [[nodiscard]] Result<void> switch_relay(SafetyRelay& relay, RelayPosition position,
                                         const std::function<void(Duration)>& wait);
 

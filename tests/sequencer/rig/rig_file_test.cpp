@@ -239,6 +239,23 @@ TEST(RigFile, RefusesRelayOnLineOfInstrument) {
 }
 
 /// The second instrument would otherwise be reported as locked by another program.
+TEST(RigFile, RefusesLinkSettingsWithoutEffectOfRelay) {
+  const auto refused = [](const std::string& relay, const std::string& link) {
+    return rig_error(
+        replace_once(virtual_rig(), "[limits]", "[safe.also]\n" + relay + "link = { " + link + " }\n[limits]"));
+  };
+  const std::string coil = "line = \"tcp://10.0.0.9\"\ncoil = 3\n";
+  const std::string lines =
+      "line = \"serial:/dev/ttyUSB9\"\nask = \"?\"\ntell_open = \"o\"\ntell_close = \"c\"\nis_open = \"0\"\nis_closed "
+      "= \"1\"\n";
+  EXPECT_EQ(refused(coil, "unit = 2"), "");
+  EXPECT_EQ(refused(lines, "echo = true, after_write = \"20 ms\", after_read = \"20 ms\""), "");
+  EXPECT_NE(refused(coil, "echo = true").find("has no echo"), std::string::npos);
+  EXPECT_NE(refused(coil, "after_read = \"20 ms\"").find("lines of text only"), std::string::npos);
+  EXPECT_NE(refused(lines, "unit = 2").find("no unit number"), std::string::npos);
+  EXPECT_NE(refused(lines, "read_at_most = 2").find("applies to Modbus only"), std::string::npos);
+}
+
 TEST(RigFile, RefusesPortOfTwoInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto with_gyro_at = [&](const std::string& line) {

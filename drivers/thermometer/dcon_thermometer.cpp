@@ -212,12 +212,20 @@ class DconThermometer final : public Thermometer {
   /// Returns the text after the address in the answer to "$AA" and `what`.
   [[nodiscard]] Result<std::string> query_module(std::string_view what) {
     const auto question = dcon_query(options_.address, what);
-    return query(question).and_then([&](const std::string& line) -> Result<std::string> {
+    return resynchronise_after(query(question).and_then([&](const std::string& line) -> Result<std::string> {
       auto rest = decode_dcon_answer(line, options_.address);
       if (rest) return std::string(*rest);
       rest.error().where = question;
       return failure(std::move(rest.error()));
-    });
+    }));
+  }
+
+  /// Returns the answer. If it could not be decoded, the next query resynchronises the line first, because readings do
+  /// not contain the address: the rest of this answer could be taken for that of another module.
+  template <typename T>
+  [[nodiscard]] Result<T> resynchronise_after(Result<T> answer) const {
+    if (!answer && answer.error().kind == FaultKind::corrupted) exchange_->reject_answer();
+    return answer;
   }
 
   [[nodiscard]] Result<Settings> read_settings() {
@@ -262,9 +270,9 @@ class DconThermometer final : public Thermometer {
             fmt::format("set to type {:02X}, was {:02X}", fmt::join(found->types, " "), fmt::join(types_, " ")));
       ranges_ = std::move(found->ranges);
     }
-    return query(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
+    return resynchronise_after(query(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
       return decode_dcon_readings(line, options_.address, ranges_);
-    });
+    }));
   }
 
   std::shared_ptr<TextExchange> exchange_;

@@ -20,8 +20,8 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr std::array kBaudRates{300,   600,   1200,  2400,  4800,   9600,   14400,  19200,
-                                28800, 38400, 57600, 76800, 115200, 230400, 460800, 921600};
+constexpr std::array kBaudRates{300,   600,    1200,   2400,   4800,   9600,   14400,  19200,   28800,   38400,  57600,
+                                76800, 115200, 230400, 374400, 460800, 614400, 921600, 1000000, 1843200, 2000000};
 constexpr std::string_view kParityLetters = "NOE";  ///< in the order of SerialParity
 constexpr std::string_view kTcp = "tcp://", kSerial = "serial:", kHid = "hid:", kVirtual = "virtual";
 

@@ -28,7 +28,7 @@ struct SerialFormat {
 };
 
 /// Parses "9600,7O1": baud rate, data bits, parity (N, O, E) and stop bits, with ",rtscts" for hardware flow control.
-/// Fails with bad_file on other text, or if the baud rate is not a standard one from 300 to 921600. The caller sets
+/// Fails with bad_file on other text, or if the baud rate is not a standard one from 300 to 2000000. The caller sets
 /// `where`.
 [[nodiscard]] Result<SerialFormat> parse_serial_format(std::string_view text);
 [[nodiscard]] std::string text(const SerialFormat& format);

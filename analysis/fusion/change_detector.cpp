@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cassert>
+#include <numbers>
 #include <random>
 
 #include "analysis/data/distributions.hpp"
@@ -53,9 +54,26 @@ double simulate_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, dou
   return alarms > 0 ? taken / alarms : 2 * steps;
 }
 
-/// Returns the greatest argument in `low` … `high` at which a rising function is below `target`.
-double find_crossing(double low, double high, double target, auto rising) {
+struct Bracket {
+  double low{}, high{};
+};
+
+/// Multiplies the upper end of a bracket that begins at `low` by `factor` until a rising function reaches `target`
+/// there. Returns no value if the function is still below the target at `most`.
+std::optional<Bracket> find_bracket(double low, double factor, double most, double target, auto rising) {
+  assert(low > 0 && factor > 1);
+  while (low < most) {
+    const double high = std::min(factor * low, most);
+    if (rising(high) >= target) return Bracket{low, high};
+    low = high;
+  }
+  return std::nullopt;
+}
+
+/// Returns the greatest argument of the bracket at which a rising function is below `target`.
+double find_crossing(Bracket bracket, double target, auto rising) {
   constexpr int kHalvings = 16;
+  auto [low, high] = bracket;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
     (rising(middle) < target ? low : high) = middle;
@@ -127,20 +145,23 @@ std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& h
                                       double run_length) {
   assert(healthy.allFinite() && slack > 0);
   if (healthy.cols() < kFewestHealthy) return std::nullopt;
-  // Multiples of the limit of white vectors.
-  constexpr double kSimulatedRuns = 400, kMaxLimitFactor = 4;
+  constexpr double kSimulatedRuns = 400;
   const auto dimension = static_cast<int>(healthy.rows());
   const double white_limit = limit_for_run_length(dimension, slack, run_length);
   const double shown = std::min(run_length, static_cast<double>(healthy.cols()));
   const double least = limit_for_run_length(dimension, slack, shown);
-  const double drawn = find_crossing(least, kMaxLimitFactor * least, shown, [&](double limit) {
+  const auto simulated = [&](double limit) {
     return simulate_run_length(healthy, slack, limit, kSimulatedRuns * shown);
-  });
+  };
+  const auto bracket = find_bracket(least, 2, kMaxLimitFactor * least, shown, simulated);
+  if (!bracket) return std::nullopt;
+  const double drawn = find_crossing(*bracket, shown, simulated);
   if (drawn <= least) return white_limit;
   if (shown == run_length) return drawn;
-  const double deviation = 1 / find_crossing(1 / kMaxLimitFactor, 1, shown, [&](double part) {
-                             return average_run_length(dimension, slack * part, drawn * part);
-                           });
+  // The small steps avoid run lengths that are too long to be computed.
+  const auto of_part = [&](double part) { return average_run_length(dimension, slack * part, drawn * part); };
+  const auto parts = find_bracket(least / drawn, std::numbers::sqrt2, 1, shown, of_part);
+  const double deviation = parts ? 1 / find_crossing(*parts, shown, of_part) : 1;
   return std::max(white_limit, deviation * limit_for_run_length(dimension, slack / deviation, run_length));
 }
 

@@ -39,6 +39,9 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
 /// Smallest number of healthy vectors: ten hours of 100 s clusters.
 inline constexpr Eigen::Index kFewestHealthy = 360;
 
+/// Greatest learnt limit at the length of the record, as a multiple of the limit of white vectors.
+inline constexpr double kMaxLimitFactor = 64;
+
 /// Returns the limit at which the sum of ChangeDetector has this average run length for vectors like the healthy ones.
 /// `healthy` has one column per vector in time order, all finite. The errors of a model are correlated over up to half
 /// an hour, and small means add up during that time. This correlation, rather than the variance of single vectors,
@@ -49,8 +52,9 @@ inline constexpr Eigen::Index kFewestHealthy = 360;
 /// that of white vectors with a standard deviation s: s h(k/s), with h from limit_for_run_length(). s is chosen so that
 /// this formula gives the limit measured at the record's own length.
 ///
-/// The limit is never below that of white vectors. Returns no value for fewer than 360 vectors. `slack` and
-/// `run_length` are as for limit_for_run_length().
+/// The limit is never below that of white vectors. Returns no value for fewer than 360 vectors, or if a limit of
+/// kMaxLimitFactor times that of white vectors is still too low: the vectors are then too strongly correlated, or their
+/// mean exceeds the slack. `slack` and `run_length` are as for limit_for_run_length().
 [[nodiscard]] std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
                                                     double run_length);
 

@@ -112,8 +112,8 @@ class HopWatch {
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
   /// Tracks the vectors of a healthy record, one row per cluster, and computes the limit of the sum from their
-  /// innovations (fusion::learn_sum_limit). The limit is unchanged if there are too few vectors. Call it before the
-  /// first push().
+  /// innovations (fusion::learn_sum_limit). The limit is unchanged if there are too few vectors or if they are too
+  /// strongly correlated. Call it before the first push().
   void learn_limit(const Eigen::MatrixXd& healthy);
   [[nodiscard]] SumLimit limit() const;
 

@@ -122,6 +122,19 @@ Eigen::MatrixXd vectors_with_more_noise(int dimension, Eigen::Index count, Draws
   return vectors;
 }
 
+/// Draws vectors with independent components, each an autoregressive process of variance 1 with a correlation of 0.8
+/// from step to step.
+Eigen::MatrixXd strongly_correlated_vectors(int dimension, Eigen::Index count, Draws& draws) {
+  constexpr double kCorrelation = 0.8;
+  Eigen::MatrixXd vectors(dimension, count);
+  Eigen::VectorXd value = draws.normal(dimension);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    vectors.col(k) = value;
+    value = kCorrelation * value + std::sqrt(1 - kCorrelation * kCorrelation) * draws.normal(dimension);
+  }
+  return vectors;
+}
+
 /// Returns the mean number of steps per alarm in `count` vectors of `draw` for each seed.
 double steps_per_alarm(auto draw, int dimension, double limit, Eigen::Index count) {
   int alarms = 0;
@@ -173,6 +186,37 @@ TEST(LearntLimit, MeetsStatedRateWhenRecordIsShorterThanRunLength) {
   ASSERT_TRUE(limit);
   EXPECT_NEAR(kStated / steps_per_alarm(vectors_with_more_noise, 2, *limit, 400000), 1, 0.3);
   EXPECT_GT(kStated / steps_per_alarm(vectors_with_more_noise, 2, limit_for_run_length(2, kSlack, kStated), 20000), 3);
+}
+
+/// The variance of a mean is about nine times that of white vectors, so the limit is far above theirs.
+TEST(LearntLimit, MeetsStatedRateWhenCorrelationIsStrong) {
+  constexpr double kStated = 500;
+  for (const int dimension : {1, 3}) {
+    Draws draws(1);
+    const auto limit = learn_sum_limit(strongly_correlated_vectors(dimension, 8000, draws), kSlack, kStated);
+    ASSERT_TRUE(limit) << dimension;
+    EXPECT_GT(*limit, 4 * limit_for_run_length(dimension, kSlack, kStated));
+    const double rate = kStated / steps_per_alarm(strongly_correlated_vectors, dimension, *limit, 20000);
+    EXPECT_NEAR(rate, 1, 0.5) << dimension;
+  }
+}
+
+TEST(LearntLimit, MeetsStatedRateWhenCorrelationIsStrongAndRecordIsShort) {
+  constexpr double kStated = 2000;
+  Draws draws(2);
+  const auto limit = learn_sum_limit(strongly_correlated_vectors(1, 1000, draws), kSlack, kStated);
+  ASSERT_TRUE(limit);
+  EXPECT_NEAR(std::log(steps_per_alarm(strongly_correlated_vectors, 1, *limit, 40000) / kStated), 0, std::log(3));
+}
+
+TEST(LearntLimit, IsMissingWhenNoLimitHasStatedRate) {
+  Draws draws(1);
+  Eigen::MatrixXd walk = vectors_with_more_noise(2, 2000, draws);
+  for (Eigen::Index k = 1; k < walk.cols(); ++k) walk.col(k) += walk.col(k - 1);
+  EXPECT_FALSE(learn_sum_limit(walk, kSlack, 500)) << "a random walk";
+  const Eigen::MatrixXd offset = vectors_with_more_noise(1, 2000, draws).array() + 2;
+  EXPECT_FALSE(learn_sum_limit(offset, kSlack, 500)) << "a mean above the slack";
+  EXPECT_FALSE(learn_sum_limit(offset.leftCols(500), kSlack, 36000)) << "also for a short record";
 }
 
 TEST(LearntLimit, IsNeverBelowLimitForWhiteVectors) {

@@ -15,7 +15,7 @@ ProgramPath join(const ProgramPath& first, const ProgramPath& then) {
   path.set_point_c << first.set_point_c, then.set_point_c;
   path.start.resize(before + after);
   path.start.head(before) = first.start;
-  const bool continues = before > 0 && first.start(before - 1) >= 0;
+  const bool continues = before > 0 && after > 0 && first.start(before - 1) >= 0 && then.start(0) >= 0;
   const int offset = count_starts(first) - (continues ? 1 : 0);
   for (Eigen::Index k = 0; k < after; ++k) path.start(before + k) = then.start(k) < 0 ? -1 : then.start(k) + offset;
   return path;
@@ -29,8 +29,8 @@ ProgramPath recorded_path(const data::Dataset& dataset, double length_s) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
   Eigen::VectorXi samples = Eigen::VectorXi::Zero(count);
   path.start.setConstant(count, -2);
-  int start = 0;
-  bool was_off = false;
+  int start = -1;
+  bool was_off = true;
   for (Eigen::Index i = 0; i < dataset.time_s.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(std::floor((dataset.time_s(i) - dataset.time_s(0)) / length_s));
     const auto segment = static_cast<std::size_t>(std::max(0, dataset.segment(i)));

@@ -105,8 +105,8 @@ planning::ProgramPath program_path(std::span<const profile::Segment> segments, C
                              .set_point_c = Eigen::VectorXd::Zero(count),
                              .start = Eigen::VectorXi::Zero(count)};
   Duration now{};
-  int start = 0;
-  bool was_off = false;
+  int start = -1;
+  bool was_off = true;
   for (const auto& segment : segments) {
     if (was_off && !segment.unit.off) ++start;
     was_off = segment.unit.off;

@@ -27,8 +27,8 @@ namespace gyrotherm::app {
 /// Describes a goal and the longest duration, for the record.
 [[nodiscard]] std::string describe_goal(const profile::Profile& profile, const record::RunInfo::Goal& goal);
 
-/// Returns the set points of segments that begin at `from`, as means over clusters, with the unit switched on at the
-/// beginning. A part of a cluster at the end is omitted.
+/// Returns the set points of segments that begin at `from`, as means over clusters. The number of power-ons
+/// begins with the first segment that has the unit on. A part of a cluster at the end is omitted.
 [[nodiscard]] planning::ProgramPath program_path(std::span<const profile::Segment> segments, Celsius from);
 
 /// Returns the path of a profile, without the blocks that a run could add.

@@ -25,7 +25,6 @@ ProgramPath hold(double at_c, Eigen::Index clusters, Eigen::Index off = 0) {
   ProgramPath path;
   path.set_point_c.setConstant(clusters, at_c);
   path.start.setZero(clusters);
-  if (off > 0) path.start.setOnes();
   path.start.head(off).setConstant(-1);
   return path;
 }

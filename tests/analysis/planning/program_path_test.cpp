@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace gyrotherm::planning {
@@ -27,6 +28,21 @@ TEST(ProgramPath, BeginsAPowerOnAfterAnEndWithTheUnitOff) {
   EXPECT_EQ(joined.start, Eigen::Vector3i(0, -1, 1));
 }
 
+TEST(ProgramPath, BeginsAPowerOnBeforeABlockThatBeginsOff) {
+  const ProgramPath joined = join(path_of({20, 20}, {0, 0}), path_of({20, 20, 20, 20}, {-1, 0, -1, 1}));
+  EXPECT_EQ(joined.start, (Eigen::VectorXi(6) << 0, 0, -1, 1, -1, 2).finished());
+  EXPECT_EQ(count_starts(joined), 3);
+  const ProgramPath off = join(path_of({20, 20}, {0, 0}), path_of({20}, {-1}));
+  EXPECT_EQ(off.start, Eigen::Vector3i(0, 0, -1)) << "a block without the unit adds no power-on";
+}
+
+TEST(ProgramPath, KeepsFirstPowerOnAfterABeginningWithTheUnitOff) {
+  const ProgramPath off = path_of({20}, {-1});
+  EXPECT_EQ(count_starts(off), 0);
+  EXPECT_EQ(join(off, path_of({20, 20}, {0, 0})).start, Eigen::Vector3i(-1, 0, 0));
+  EXPECT_EQ(join(off, path_of({20, 20}, {-1, 0})).start, Eigen::Vector3i(-1, -1, 0));
+}
+
 TEST(ProgramPath, IsTheOtherWhenJoinedToNothing) {
   const ProgramPath path = path_of({20, 30}, {0, 0});
   EXPECT_EQ(join({}, path).start, path.start);
@@ -48,6 +64,22 @@ TEST(ProgramPath, OfARecordHasItsSetPointsAndPowerOns) {
   const ProgramPath path = recorded_path(dataset);
   EXPECT_EQ(path.set_point_c, (Eigen::VectorXd(4) << 20, -40, 20, 20).finished());
   EXPECT_EQ(path.start, (Eigen::VectorXi(4) << 0, -1, 1, 1).finished());
+}
+
+TEST(ProgramPath, OfARecordThatBeginsOffHasOnePowerOn) {
+  data::Dataset dataset;
+  dataset.segments.resize(4);
+  dataset.segments[0].unit.off = dataset.segments[2].unit.off = true;
+  const Eigen::Index rows = 600;
+  dataset.time_s = Eigen::VectorXd::LinSpaced(rows, 0, 599);
+  dataset.set_point_c.setConstant(rows, 20);
+  dataset.segment.resize(rows);
+  for (Eigen::Index i = 0; i < rows; ++i) dataset.segment(i) = std::array{0, 0, 1, 1, 2, 3}[i / 100];
+  const ProgramPath path = recorded_path(dataset);
+  EXPECT_EQ(path.start, (Eigen::VectorXi(6) << -1, -1, 0, 0, -1, 1).finished());
+  EXPECT_EQ(count_starts(path), 2);
+  dataset.segment.setZero();
+  EXPECT_EQ(count_starts(recorded_path(dataset)), 0) << "the unit is never on";
 }
 
 TEST(ProgramPath, BridgesAGapOfTheRecord) {

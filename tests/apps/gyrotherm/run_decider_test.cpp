@@ -185,5 +185,26 @@ TEST(ProgramPath, HasMeansAndPowerOnsOfClusters) {
   EXPECT_EQ(mission->set_point_c.size(), (30 + 20 + 30) * 60 / 100);
 }
 
+/// Returns a hold of one cluster.
+profile::Segment one_cluster(bool off) {
+  return {.kind = profile::SegmentKind::hold,
+          .name = {},
+          .target = {30},
+          .duration = std::chrono::seconds(100),
+          .unit = {.off = off}};
+}
+
+TEST(ProgramPath, CountsNoPowerOnBeforeFirstSegmentWithUnitOn) {
+  const std::vector begins_off{one_cluster(true), one_cluster(true), one_cluster(false), one_cluster(true),
+                               one_cluster(false)};
+  const auto block = program_path(begins_off, {30});
+  EXPECT_EQ(block.start, (Eigen::VectorXi(5) << -1, -1, 0, -1, 1).finished());
+  const std::vector on{one_cluster(false)};
+  const auto joined = join(program_path(on, {30}), block);
+  EXPECT_EQ(joined.start, (Eigen::VectorXi(6) << 0, -1, -1, 1, -1, 2).finished());
+  EXPECT_EQ(planning::count_starts(joined), 3);
+  EXPECT_EQ(planning::count_starts(program_path(std::vector{one_cluster(true)}, {30})), 0);
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -20,13 +20,6 @@ namespace {
 
 constexpr double kNoFitness = std::numeric_limits<double>::infinity();
 
-// Returns the number of threads, at most the number that the machine provides. For a larger number oneTBB prints a
-// warning on stderr.
-int thread_count(const SwarmOptions& options) {
-  const int available = tbb::info::default_concurrency();
-  return options.threads == 0 ? available : std::min(options.threads, available);
-}
-
 struct Particle {
   std::vector<Coordinate> coordinates;
   std::vector<double> best;  // position
@@ -214,6 +207,11 @@ Result<SwarmSummary> Swarm::run() {
 }
 
 }  // namespace
+
+int thread_count(const SwarmOptions& options) {
+  const int available = tbb::info::default_concurrency();
+  return options.threads == 0 ? available : std::min(options.threads, available);
+}
 
 double inertia_weight(const SwarmOptions& options, int t) {
   if (options.iterations == 0) return options.omega_max;

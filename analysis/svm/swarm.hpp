@@ -35,6 +35,10 @@ struct SwarmOptions {
   int threads = 0;
 };
 
+/// Returns the number of threads, at most the number that the machine provides. For a larger number oneTBB prints a
+/// warning on stderr.
+[[nodiscard]] int thread_count(const SwarmOptions& options);
+
 /// Limits of each coordinate.
 struct SwarmBox {
   std::vector<double> lower;  ///< per coordinate

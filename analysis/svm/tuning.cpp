@@ -290,11 +290,16 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
                    fmt::format("none of {} positions could be certified", swarm->evaluations));
   }
   // Computes the error of a position by trainings that do not start from the solution of another position. The result
-  // is therefore reproducible. If a training fails, returns the error found by the search.
-  const auto reproducible_error = [&](const SvrParameters& parameters, double search_error) {
+  // is therefore reproducible. If a training fails, keeps the error found by the search.
+  tbb::task_arena arena(thread_count(options.swarm));
+  const auto replace_error = [&](const SvrParameters& parameters, double& error) -> Result<void> {
+    if (!should_continue(progress, "tuning", 1))
+      return failure(FaultKind::interrupted, "tuning", "stopped before the final evaluation");
     History none(folds.size());
-    const auto shares = Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers);
-    return shares ? sum_shares(*shares) : search_error;
+    const auto shares = arena.execute(
+        [&] { return Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers); });
+    if (shares) error = sum_shares(*shares);
+    return {};
   };
   TuningSummary summary;
   summary.best = parameters_at(swarm->best, options);
@@ -302,8 +307,9 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
   if (evaluates_all) taken = take_simplest(summary, evaluated.all(), prepared, options);
-  summary.cross_validation_mse = reproducible_error(summary.best, summary.cross_validation_mse);
-  if (auto& rule = summary.one_standard_error) rule->best_mse = reproducible_error(rule->best, rule->best_mse);
+  if (auto done = replace_error(summary.best, summary.cross_validation_mse); !done) return failure(done.error());
+  if (auto& rule = summary.one_standard_error)
+    if (auto done = replace_error(rule->best, rule->best_mse); !done) return failure(done.error());
   summary.warnings = collect_warnings(taken, coordinates, uncertified, swarm->evaluations);
   summary.swarm = std::move(*swarm);
   return summary;

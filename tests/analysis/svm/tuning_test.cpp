@@ -186,6 +186,29 @@ TEST(Tuning, StopsWhenInterrupted) {
   EXPECT_EQ(summary.error().kind, FaultKind::interrupted);
 }
 
+/// The final evaluation reports progress before each of its positions: one, or two with the one-standard-error rule.
+TEST(Tuning, StopsInFinalEvaluationWhenInterrupted) {
+  const std::vector<TuningFold> folds = four_folds(60, 0.1);
+  for (const ChoiceRule rule : {ChoiceRule::best, ChoiceRule::one_standard_error}) {
+    TuningOptions options = quick();
+    options.swarm.threads = 1;
+    options.choice = rule;
+    int reports = 0;
+    ASSERT_TRUE(tune_svr(folds, options, [&](std::string_view, double) { return ++reports > 0; }));
+    for (int stop = reports; stop > reports - (rule == ChoiceRule::best ? 1 : 2); --stop) {
+      int seen = 0;
+      const auto summary = tune_svr(folds, options, [&](std::string_view, double done) {
+        if (seen + 1 == stop) EXPECT_EQ(done, 1);
+        return ++seen < stop;
+      });
+      ASSERT_FALSE(summary);
+      EXPECT_EQ(summary.error().kind, FaultKind::interrupted);
+      EXPECT_EQ(summary.error().where, "tuning");
+      EXPECT_EQ(seen, stop);
+    }
+  }
+}
+
 TEST(Tuning, RejectsMissingFolds) {
   const auto summary = tune_svr({}, {});
   ASSERT_FALSE(summary);

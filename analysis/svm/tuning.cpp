@@ -109,7 +109,7 @@ class Evaluation {
   // Returns the contribution of each fold to the mean over all held-out rows. Proceeds fold by fold and stops when the
   // sum exceeds the limit, since further folds can only increase it. With `all`, evaluates every fold. If threads are
   // idle, the remaining folds run in parallel, some of them needlessly. Updates the history only for the folds up to
-  // the limit, so later evaluations depend neither on `all` nor on the threads.
+  // the limit or up to a failure, so later evaluations depend neither on `all` nor on the threads.
   Result<std::vector<double>> shares(double limit, bool all, History& history, const Workers* workers);
 
  private:
@@ -138,6 +138,7 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
   const auto rows = static_cast<double>(prepared_.held_out());
   const std::size_t count = solved_.size();
   std::vector<double> shares;
+  std::optional<Fault> fault;
   double mean = 0;
   std::size_t known = 0;
   for (std::size_t f = 0; f < count; ++f) {
@@ -148,7 +149,10 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
       else
         solved_[f] = solve(f, history);
     }
-    if (!solved_[f]) return failure(solved_[f].error());
+    if (!solved_[f]) {
+      fault = solved_[f].error();
+      break;
+    }
     shares.push_back(solved_[f]->squared_error / rows);
     mean += shares.back();
     if (mean > limit && !all) break;
@@ -158,6 +162,7 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
     mean += shares[f];
     history[f] = std::move(*solved_[f]);
   }
+  if (fault) return failure(*fault);
   return shares;
 }
 

@@ -132,6 +132,32 @@ TEST(Tuning, DoesNotDependOnThreadCountWithWarmStarts) {
   EXPECT_EQ(one->cross_validation_mse, *cross_validation_error(folds, one->best, {}, kNoLimit));
 }
 
+/// The first fold exceeds the limit of most positions, and trainings of the last, larger fold often fail. Only the
+/// one-standard-error rule runs both.
+TEST(Tuning, HasSamePathForEachRuleWhenTrainingsFail) {
+  std::vector<TuningFold> folds = with_rows(four_folds(40, 0.1));
+  folds.front().target_scale = 3;
+  folds.back() = four_folds(200, 0.1).back();
+  int failed = 0, failed_in_all = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    SCOPED_TRACE(seed);
+    TuningOptions options = quick();
+    options.swarm.seed = seed;
+    options.swarm.iterations = 15;
+    options.svr = {.relative_gap = 1e-4, .max_newton_steps = 6};
+    const auto best = tune_svr(folds, options);
+    options.choice = ChoiceRule::one_standard_error;
+    const auto judged = tune_svr(folds, options);
+    ASSERT_TRUE(best && judged);
+    failed += best->uncertified;
+    failed_in_all += judged->uncertified;
+    EXPECT_EQ(best->swarm.history, judged->swarm.history);
+    EXPECT_EQ(best->swarm.best, judged->swarm.best);
+  }
+  EXPECT_GT(failed, 0);
+  EXPECT_GT(failed_in_all, failed);
+}
+
 TEST(CrossValidation, AgreesForWarmAndColdStarts) {
   const std::vector<TuningFold> folds = four_folds(200, 0.1);
   for (const double C : {0.5, 20.0, 900.0}) {

@@ -197,7 +197,7 @@ Coordinates search_coordinates(const TuningOptions& options) {
   };
   add("C", options.log2_c);
   add("sigma", options.log2_sigma);
-  if (options.fixed_epsilon <= 0) add("epsilon", options.log2_epsilon);
+  if (!(options.fixed_epsilon > 0)) add("epsilon", options.log2_epsilon);
   return coordinates;
 }
 
@@ -268,6 +268,9 @@ Result<double> cross_validation_error(std::span<const TuningFold> folds, const S
 Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                const ProgressSink& progress) {
   if (auto ok = check_folds(folds); !ok) return failure(ok.error());
+  if (!std::isfinite(options.fixed_epsilon))
+    return failure(FaultKind::usage, "tuning",
+                   fmt::format("fixed_epsilon = {}, must be finite", options.fixed_epsilon));
   const PreparedFolds prepared(folds);
   Memories memories;
   std::atomic<int> uncertified = 0;

@@ -48,7 +48,7 @@ template <std::derived_from<TuningFold> Fold>
 struct TuningOptions {
   /// Lower and upper bounds.
   std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};
-  /// Fixed ε if > 0. Only C and σ are then searched, as in the paper.
+  /// Fixed ε if > 0; must be finite. Only C and σ are then searched, as in the paper.
   double fixed_epsilon = 0;
   /// Rule of choice. one_standard_error evaluates every position on every fold, which takes more time but does not
   /// change the path of the swarm.

@@ -178,6 +178,17 @@ TEST(Tuning, SearchesTwoDimensionsAtFixedEpsilon) {
   EXPECT_EQ(summary->best.epsilon, 0.05);
 }
 
+TEST(Tuning, RejectsFixedEpsilonThatIsNotFinite) {
+  TuningOptions options = quick();
+  for (const double epsilon : {std::numeric_limits<double>::quiet_NaN(), kNoLimit, -kNoLimit}) {
+    options.fixed_epsilon = epsilon;
+    const auto summary = tune_svr(four_folds(40, 0.1), options);
+    ASSERT_FALSE(summary) << epsilon;
+    EXPECT_EQ(summary.error().kind, FaultKind::usage);
+    EXPECT_EQ(summary.error().where, "tuning");
+  }
+}
+
 TEST(Tuning, WarnsWhenBestIsOnEdgeOfBox) {
   TuningOptions options = quick();
   options.log2_c.first = options.log2_c.second = -1;

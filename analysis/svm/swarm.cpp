@@ -41,6 +41,7 @@ Result<void> check(const SwarmBox& box, const SwarmOptions& options) {
     return bad(fmt::format("stall_iterations = {}, must be at least 1", options.stall_iterations));
   }
   if (!(options.v_max > 0)) return bad(fmt::format("v_max = {}, must be positive", options.v_max));
+  if (!std::isfinite(options.v_max)) return bad(fmt::format("v_max = {}, must be finite", options.v_max));
   for (const double weight : {options.omega_max, options.omega_min, options.c1, options.c2, options.stall_gain}) {
     if (!(weight >= 0 && std::isfinite(weight))) {
       return bad(fmt::format("omega, c1, c2 and stall_gain must be at least 0 and finite; one is {}", weight));

@@ -224,6 +224,12 @@ TEST(Swarm, NamesInvalidOption) {
   options = {};
   options.v_max = 0;
   EXPECT_EQ(minimise(sphere, kBox, options).error().what, "v_max = 0, must be positive");
+  for (const double v_max : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    options.v_max = v_max;
+    const auto summary = minimise(sphere, kBox, options);
+    ASSERT_FALSE(summary) << v_max;
+    EXPECT_EQ(summary.error().kind, FaultKind::usage);
+  }
   const auto upside_down = minimise(sphere, {.lower = {1}, .upper = {0}}, {});
   ASSERT_FALSE(upside_down);
   EXPECT_EQ(upside_down.error().kind, FaultKind::usage);

@@ -25,9 +25,13 @@ Result<std::optional<model::Model>> train_own(const data::RecordedRun& recorded,
   return std::nullopt;
 }
 
-/// Trains with the type prior; no value without a prior, or if the record is too short for its folds.
-Result<std::optional<model::Model>> train_from_prior(const data::RecordedRun& recorded, const std::string& text) {
+/// Trains with the type prior; no value without a prior. Fails with interrupted before the training, or like
+/// train_with_prior().
+Result<std::optional<model::Model>> train_from_prior(const data::RecordedRun& recorded, const std::string& text,
+                                                     const ProgressSink& progress) {
   if (text.empty()) return std::nullopt;
+  if (!should_continue(progress, "type prior", 0))
+    return failure(FaultKind::interrupted, "type prior", "stopped on request");
   const auto prior = population::type_prior_from_json(text, "prior");
   if (!prior) return failure(prior.error());
   auto model = model::train_with_prior(*prior, {recorded.dataset}, {recorded.clusters}, {});
@@ -111,7 +115,7 @@ Result<Assessment> assess(const data::RecordedRun& recorded, const ProgramPath& 
   if (*own)
     if (const auto added = add_model(assessment, **own, on_mission, extensions); !added) return failure(added.error());
   const double without_prior = assessment.u_now_deg_per_h;
-  const auto from_prior = train_from_prior(recorded, options.prior);
+  const auto from_prior = train_from_prior(recorded, options.prior, progress);
   if (!from_prior) return failure(from_prior.error());
   if (*from_prior)
     if (const auto added = add_model(assessment, **from_prior, on_mission, extensions); !added)

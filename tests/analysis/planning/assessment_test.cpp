@@ -150,6 +150,10 @@ TEST(Assessment, EndsOnRequest) {
   const auto stopped = assess(run, hold(20, 50), {}, {}, [](std::string_view, double) { return false; });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);
+  const auto before_prior = assess(run, hold(20, 50), {}, {.prior = "{"},
+                                   [](std::string_view stage, double) { return stage != "type prior"; });
+  ASSERT_FALSE(before_prior);
+  EXPECT_EQ(before_prior.error().kind, FaultKind::interrupted) << "after the model of the unit's own record";
 }
 
 }  // namespace

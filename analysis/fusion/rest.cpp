@@ -103,6 +103,7 @@ Result<RestEstimate> estimate_at_rest(const Geometry& geometry,
   constexpr double kConverged_rad = 1e-13;
   const Eigen::Matrix3d angles = angle_covariance(attitude);
   Eigen::Vector3d angle = Eigen::Vector3d::Zero();
+  double step = 0;
   for (int iteration = 1; iteration <= kMostIterations; ++iteration) {
     const EarthOnAxes seen = earth_on_axes(geometry, attitude, angle);
     const Eigen::VectorXd innovation =
@@ -113,7 +114,7 @@ Result<RestEstimate> estimate_at_rest(const Geometry& geometry,
                                                reach * seen.by_angle.transpose());
     const Eigen::VectorXd weighted = expected.solve(innovation);
     const Eigen::Vector3d next = reach.transpose() * weighted;
-    const double step = (next - angle).norm();
+    step = (next - angle).norm();
     angle = next;
     if (step > kConverged_rad) continue;
     return RestEstimate{.bias_deg_per_h = prior.mean_deg_per_h + prior.covariance * weighted,
@@ -124,9 +125,9 @@ Result<RestEstimate> estimate_at_rest(const Geometry& geometry,
                         .statistic = innovation.dot(weighted),
                         .iterations = iteration};
   }
-  return failure(FaultKind::numeric, "axes at rest",
-                 fmt::format("the attitude did not converge in {} steps; last correction {:.3g} rad", kMostIterations,
-                             angle.norm()));
+  return failure(
+      FaultKind::numeric, "axes at rest",
+      fmt::format("the attitude did not converge in {} steps; last correction {:.3g} rad", kMostIterations, step));
 }
 
 Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {

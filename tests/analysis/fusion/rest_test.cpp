@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 
 #include "core/quantity.hpp"
 #include "tests/analysis/fusion/fixtures.hpp"
@@ -177,6 +178,24 @@ TEST(Rest, TestsThreeAxesWithoutParity) {
   constexpr double kCount = kSeeds * kEach;
   EXPECT_NEAR(alarms / kCount, 0.01, 4 * relative_frequency_std(0.01, kCount));
   EXPECT_GT(named, 0.99 * kCount);
+}
+
+/// Readings that contradict the Earth rate let the angle approach its value slowly. The angle itself is above 0.1 rad.
+TEST(Rest, ReportsLastCorrectionWhenAttitudeDoesNotConverge) {
+  const Geometry geometry = valid_geometry(triad_axes(1e-3));
+  const Attitude attitude{.tilt_std_deg = 60, .azimuth_std_deg = 120, .latitude_deg = kLatitude_deg};
+  for (const Eigen::Vector3d& readings :
+       {Eigen::Vector3d(-3.095, -0.315, 5.495), {-1.793, 0.672, 5.639}, {6.982, -7.781, 4.378}}) {
+    const auto estimate = estimate_at_rest(geometry, readings, attitude, unknown_biases(3, 0.01));
+    ASSERT_FALSE(estimate);
+    EXPECT_EQ(estimate.error().kind, FaultKind::numeric);
+    const std::string label = "last correction ";
+    const auto at = estimate.error().what.find(label);
+    ASSERT_NE(at, std::string::npos) << estimate.error().what;
+    const double correction = std::stod(estimate.error().what.substr(at + label.size()));
+    EXPECT_GT(correction, 0);
+    EXPECT_LT(correction, 0.01) << estimate.error().what;
+  }
 }
 
 TEST(Rest, RejectsInvalidAttitudeOrPrior) {

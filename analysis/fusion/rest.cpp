@@ -169,7 +169,8 @@ Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt&
     return failure(FaultKind::numeric, kWhere,
                    fmt::format("the horizontal rate is {:.6g} °/h, expected {:.6g} °/h", seen, horizontal));
   const double standard = east_std / horizontal * kDegreesPerRadian;
-  return North{.heading_deg = heading * kDegreesPerRadian,
+  const double heading_deg = heading * kDegreesPerRadian;
+  return North{.heading_deg = heading_deg > -180 ? heading_deg : 180,
                .standard_deg = standard,
                .expanded_deg = standard * data::coverage_factor(kCoverage, std::numeric_limits<double>::infinity())};
 }

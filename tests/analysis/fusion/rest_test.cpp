@@ -226,6 +226,15 @@ TEST(North, EqualsHeadingOfFixture) {
   }
 }
 
+TEST(North, HasHeadingOf180DegreesForAxisThatPointsSouth) {
+  const Eigen::Matrix3d covariance = 1e-8 * Eigen::Matrix3d::Identity();
+  for (const double across : {0.0, -0.0, 1e-30, -1e-30}) {
+    const auto north = find_north({Eigen::Vector3d(-kEarthRateDegPerHour, across, 0), covariance}, 0, {});
+    ASSERT_TRUE(north) << text(north.error());
+    EXPECT_EQ(north->heading_deg, 180) << across;
+  }
+}
+
 TEST(North, HasUncertaintyOfEastAxisPerHorizontalEarthRate) {
   const double u = 0.01, latitude = 48, tilt = 0.05;
   Eigen::Matrix3d covariance = Eigen::Vector3d(9, 1, 25).asDiagonal();

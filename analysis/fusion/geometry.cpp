@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cassert>
@@ -42,6 +43,15 @@ Result<void> check_span(const Eigen::MatrixX3d& directions) {
   return {};
 }
 
+/// Returns whether the Cholesky factor exists and has no diagonal element that consists only of rounding errors.
+bool is_well_conditioned(const Eigen::MatrixXd& covariance) {
+  constexpr double kRounding = 1e-13;
+  if (!covariance.allFinite()) return false;
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  return factor.info() == Eigen::Success &&
+         (factor.matrixLLT().diagonal().array().square() > kRounding * covariance.diagonal().array()).all();
+}
+
 }  // namespace
 
 Result<Geometry> make_geometry(const std::vector<InputAxis>& axes) {
@@ -62,6 +72,10 @@ Result<Geometry> make_geometry(const std::vector<InputAxis>& axes) {
   }
   if (auto checked = check_span(geometry.directions); !checked) return failure(checked.error());
   geometry.covariance += sources * sources.transpose();
+  if (!is_well_conditioned(geometry.covariance))
+    return refuse("axes",
+                  "their covariance is not positive definite: an own uncertainty is too small beside the "
+                  "shared ones, or too small or too large for its square");
   return geometry;
 }
 

@@ -40,7 +40,8 @@ inline constexpr double kLeastSingularShare = 1e-3;
 
 /// Checks axes and combines them. Fails with usage for the first of these: fewer than three axes; an empty or repeated
 /// name; a direction that is not finite or not of length 1; an independent uncertainty that is not above 0; shared
-/// uncertainties that are not finite or differ in number from those of the first axis; directions in one plane.
+/// uncertainties that are not finite or differ in number from those of the first axis; directions in one plane;
+/// a covariance that is not positive definite within the accuracy of the computation.
 [[nodiscard]] Result<Geometry> make_geometry(const std::vector<InputAxis>& axes);
 
 /// Returns the geometry without one axis. Fails with usage if the others do not span all directions.

@@ -57,6 +57,14 @@ std::vector<InvalidFixture> invalid_fixtures() {
       {"shared uncertainty is not finite", changed([&](auto& axes) {
          for (auto& one : axes) one.shared_deg_per_h = {nan};
        })},
+      {"not positive definite", changed([](auto& axes) {
+         for (auto& one : axes) {
+           one.shared_deg_per_h = {0.3};
+           one.independent_deg_per_h = 1e-9;
+         }
+       })},
+      {"not positive definite", changed([](auto& axes) { axes[2].independent_deg_per_h = 1e-200; })},
+      {"not positive definite", changed([](auto& axes) { axes[1].independent_deg_per_h = 1e200; })},
       {"in a plane", {axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("4", 1, -2, 1e-4, 1)}},
       {"in a plane", {axis("1", 1, 1, 1, 1), axis("2", 1, 1, 1, 1), axis("3", -1, -1, -1, 1)}},
   };

@@ -338,11 +338,9 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
 }
 
 ReportedValue value_with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom) {
-  const double whole =
-      std::isfinite(degrees_of_freedom) ? std::max(1.0, std::floor(degrees_of_freedom)) : degrees_of_freedom;
   return {.value = value,
           .standard_uncertainty = standard_uncertainty,
-          .coverage_factor = data::coverage_factor(model::kCoverage, whole),
+          .coverage_factor = data::coverage_factor(model::kCoverage, model::whole_degrees(degrees_of_freedom)),
           .degrees_of_freedom = degrees_of_freedom};
 }
 

@@ -55,7 +55,7 @@ std::string coverage_note(Language language, const ReportedValue& value) {
   constexpr double kNormal = 10'000;
   std::string note = "k\u00a0=\u00a0" + format_number(language, value.coverage_factor, 2);
   if (value.degrees_of_freedom < kNormal)
-    note += ", ν\u00a0=\u00a0" + format_number(language, std::floor(value.degrees_of_freedom), 0);
+    note += ", ν\u00a0=\u00a0" + format_number(language, model::whole_degrees(value.degrees_of_freedom), 0);
   return note;
 }
 

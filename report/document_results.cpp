@@ -250,7 +250,7 @@ std::string axis_and_stage(const DocumentWriter& writer, const std::string& axis
 }
 
 std::string freedom_text(Language language, double degrees_of_freedom) {
-  return std::isfinite(degrees_of_freedom) ? format_number(language, std::floor(degrees_of_freedom), 0) : "∞";
+  return std::isfinite(degrees_of_freedom) ? format_number(language, model::whole_degrees(degrees_of_freedom), 0) : "∞";
 }
 
 std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRow& row) {

@@ -46,7 +46,7 @@ HtmlTable budget_table(const model::Uncertainty& uncertainty) {
   table.rows.push_back({"<b>Combined</b>", "", "", "", "", "", "",
                         "<b>" + plot::format_significant(all.standard_deg_per_h) + "</b>",
                         // Truncated like the degrees of freedom that determine k.
-                        format_freedom(std::floor(all.degrees_of_freedom))});
+                        format_freedom(model::whole_degrees(all.degrees_of_freedom))});
   return table;
 }
 

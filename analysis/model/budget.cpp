@@ -83,6 +83,12 @@ double degrees_of_freedom_for(double uncertainty, double error) {
   return error > 0 ? std::max(1.0, 0.5 * std::pow(uncertainty / error, 2)) : std::numeric_limits<double>::infinity();
 }
 
+double whole_degrees(double degrees_of_freedom) {
+  constexpr double kRounding = 1e-9;
+  if (!std::isfinite(degrees_of_freedom)) return degrees_of_freedom;
+  return std::max(1.0, std::floor(degrees_of_freedom * (1 + kRounding)));
+}
+
 CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   double variance = 0;
   for (const BudgetRow& row : rows) variance += std::pow(contribution_deg_per_h(row), 2);
@@ -94,9 +100,7 @@ CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   }
   CombinedUncertainty all{.standard_deg_per_h = std::sqrt(variance)};
   if (relative_variance > 0) all.degrees_of_freedom = 1 / relative_variance;
-  constexpr double kRounding = 1e-9;
-  const double truncated = std::floor(all.degrees_of_freedom * (1 + kRounding));
-  all.coverage_factor = data::coverage_factor(share, std::max(1.0, truncated));
+  all.coverage_factor = data::coverage_factor(share, whole_degrees(all.degrees_of_freedom));
   all.expanded_deg_per_h = all.coverage_factor * all.standard_deg_per_h;
   return all;
 }

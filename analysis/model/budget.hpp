@@ -114,9 +114,13 @@ inline constexpr double kCoverage = 0.95;
 /// infinite if the error is 0.
 [[nodiscard]] double degrees_of_freedom_for(double uncertainty, double error);
 
+/// Truncates degrees of freedom to a whole number, at least 1 (GUM G.4.1). A number that is below a whole number only
+/// by a rounding error counts as that number. A number that is not finite is unchanged.
+[[nodiscard]] double whole_degrees(double degrees_of_freedom);
+
 /// Combines rows of independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2). The effective degrees of freedom are
-/// u_c⁴/Σ((c_i u_i)⁴/ν_i) (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, truncated to a whole
-/// number (G.4.1). If no row contributes, the uncertainties are 0 and the degrees of freedom infinite.
+/// u_c⁴/Σ((c_i u_i)⁴/ν_i) (Welch and Satterthwaite, GUM G.2b), and k is Student's t for whole_degrees() of them. If no
+/// row contributes, the uncertainties are 0 and the degrees of freedom infinite.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
 
 /// Returns the rows whose errors differ between runs or within a run. Only these errors are observable in an unseen

@@ -67,6 +67,16 @@ TEST(Decision, ReturnsProbabilityThatTrueValueIsWithinLimit) {
               0.75 - 0.00816, 1e-4);
 }
 
+TEST(Decision, HasCoverageFactorOfWholeDegreesOfFreedom) {
+  const auto factor = [](double degrees) { return value_with_uncertainty(1, 0.1, degrees).coverage_factor; };
+  for (const double whole : {1.0, 3.0, 99.0}) {
+    EXPECT_EQ(factor(std::nextafter(whole, 0)), factor(whole)) << whole;
+    EXPECT_EQ(factor(whole + 0.9), factor(whole)) << whole;
+  }
+  EXPECT_GT(factor(98.9), factor(99));
+  EXPECT_EQ(factor(0.4), factor(1));
+}
+
 // If U equals the limit, the true value of a passed result may be outside the limit on either side.
 TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();

@@ -52,6 +52,15 @@ TEST(Budget, ReproducesEndGaugeExampleOfGum) {
   EXPECT_NEAR(sum.expanded_deg_per_h, 93, 1);
 }
 
+TEST(Budget, TruncatesDegreesOfFreedomToWholeNumber) {
+  EXPECT_EQ(whole_degrees(16.7), 16);
+  EXPECT_EQ(whole_degrees(98.99999999999999), 99) << "a rounding error";
+  EXPECT_EQ(whole_degrees(98.9999), 98);
+  EXPECT_EQ(whole_degrees(0.3), 1);
+  EXPECT_EQ(whole_degrees(kInfinite), kInfinite);
+  EXPECT_TRUE(std::isnan(whole_degrees(std::numeric_limits<double>::quiet_NaN())));
+}
+
 TEST(Budget, KeepsDegreesOfFreedomOfSingleSource) {
   EXPECT_DOUBLE_EQ(combined({row_of(0.3, 2, 7)}).degrees_of_freedom, 7);
   EXPECT_NEAR(combined({row_of(0.3, 2, 7)}).coverage_factor, 2.365, 0.0005);

@@ -87,6 +87,18 @@ class Search {
   int steps_ = 0;
 };
 
+/// Returns the thicknesses at which the block covers mirrors and cathode and leaves gaps of at least 5 mm to lid and
+/// base, in which a preamplifier has space; only the present thickness if there are none.
+FitRange thickness_range(const GyroModel& model) {
+  const auto& g = model.geometry;
+  const double inside = g.cabinet[2] - 2 * g.wall;
+  const double low = std::max({g.mirror_height, g.cathode[2], 15.0});
+  double high = std::min(60.0, inside - 10);
+  if (model.mode == GyroMode::full && g.preamplifier_mount != PreamplifierMount::wall)
+    high = std::min(high, inside - 2 * g.preamplifier[2]);
+  return low <= high ? FitRange{low, high} : FitRange{g.block_thickness, g.block_thickness};
+}
+
 }  // namespace
 
 GyroModel replace_parameter(const GyroModel& model, FitParameter parameter, double value) {
@@ -113,12 +125,10 @@ GyroModel replace_parameter(const GyroModel& model, FitParameter parameter, doub
 }
 
 FitRange fit_range(const GyroModel& model, FitParameter parameter) {
-  const auto& g = model.geometry;
   switch (parameter) {
     case FitParameter::emissivity: return {0, 1};
     case FitParameter::nusselt: return {0.5, 10};
-    case FitParameter::thickness:
-      return {std::max({g.mirror_height, g.cathode[2], 15.0}), std::min(60.0, g.cabinet[2] - 2 * g.wall - 10)};
+    case FitParameter::thickness: return thickness_range(model);
     case FitParameter::dither: return {0.001, 10};
     case FitParameter::film: break;
   }

@@ -25,7 +25,8 @@ inline constexpr std::array<std::string_view, 5> kFitParameterNames{"emissivity"
 struct FitRange {
   double low{}, high{};
 };
-/// Returns the range to search: plausible values that the model's geometry permits.
+/// Returns the range to search: plausible values that the model's geometry permits. If it permits no thickness, both
+/// ends are the present one.
 [[nodiscard]] FitRange fit_range(const GyroModel& model, FitParameter parameter);
 
 struct FitOptions {

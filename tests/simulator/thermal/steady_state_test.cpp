@@ -170,6 +170,43 @@ TEST(DifferenceFit, StopsWhenInterrupted) {
   EXPECT_EQ(fit.error().kind, FaultKind::interrupted);
 }
 
+TEST(DifferenceFit, SearchesThicknessesThatLeaveSpaceForPreamplifier) {
+  GyroModel model = shipped_gyro("calibrated");
+  auto& g = model.geometry;
+  g.cabinet[2] = 60;
+  const double inside = 60 - 2 * g.wall;
+  g.preamplifier[2] = 12;
+  const auto high = [&](GyroMode mode, PreamplifierMount mount) {
+    model.mode = mode;
+    g.preamplifier_mount = mount;
+    const FitRange range = fit_range(model, FitParameter::thickness);
+    EXPECT_EQ(range.low, std::max({g.mirror_height, g.cathode[2], 15.0}));
+    return range.high;
+  };
+  EXPECT_EQ(high(GyroMode::full, PreamplifierMount::wall), inside - 10);
+  EXPECT_EQ(high(GyroMode::full, PreamplifierMount::lid), inside - 24);
+  EXPECT_EQ(high(GyroMode::full, PreamplifierMount::base), inside - 24);
+  EXPECT_EQ(high(GyroMode::block, PreamplifierMount::lid), inside - 10) << "a block alone has no preamplifier";
+  g.preamplifier[2] = 3;
+  EXPECT_EQ(high(GyroMode::full, PreamplifierMount::lid), inside - 10);
+}
+
+TEST(DifferenceFit, SearchesOnlyPresentThicknessWhenNoOtherIsPossible) {
+  GyroModel model = shipped_gyro("calibrated");
+  model.geometry.cabinet[2] = 38;
+  model.geometry.block_thickness = 24;
+  const FitRange range = fit_range(model, FitParameter::thickness);
+  EXPECT_EQ(range.low, 24);
+  EXPECT_EQ(range.high, 24);
+  model.mode = GyroMode::block;
+  FitOptions options;
+  options.edge_mm = kRough;
+  const auto fit = fit_difference(model, FitParameter::thickness, 50, options);
+  ASSERT_TRUE(fit) << text(fit.error());
+  EXPECT_FALSE(fit->reached);
+  EXPECT_EQ(fit->value, 24);
+}
+
 TEST(DifferenceFit, ChangesGapsWithThickness) {
   const auto thick = replace_parameter(shipped_gyro("calibrated"), FitParameter::thickness, 35);
   EXPECT_NEAR(thick.air.lid.width_m, 0.0195, 1e-12);

@@ -210,6 +210,18 @@ constexpr std::array<BrickIndex, kBrickFaces> kNeighbours{
 
 double solid_share(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
 
+// Number of steps into which a share is rounded.
+constexpr int kShareSteps = 512;
+
+/// Rounds a share to whole steps. The small addend rounds shares on a rounding boundary in the same direction on both
+/// sides of the gyro.
+int share_steps(double share) { return static_cast<int>(std::floor(share * kShareSteps + 0.5 + 1e-6)); }
+
+/// Returns whether a brick remains after its shares were rounded.
+bool is_solid(const BrickContents& brick) {
+  return std::ranges::any_of(brick.share, [](double share) { return share_steps(share) > 0; });
+}
+
 /// An upright wall from a to b, with the outside on its right.
 struct Wall {
   PlanPoint a, b;
@@ -301,9 +313,7 @@ class WallFilm {
   }
 
  private:
-  [[nodiscard]] bool has_solid(BrickIndex p) const {
-    return grid_.contains(p) && solid_share(contents_[grid_.brick(p)]) > 0;
-  }
+  [[nodiscard]] bool has_solid(BrickIndex p) const { return grid_.contains(p) && is_solid(contents_[grid_.brick(p)]); }
   [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
     return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
   }
@@ -362,9 +372,6 @@ class WallFilm {
   std::vector<double> area_;
 };
 
-// Number of steps into which a share is rounded.
-constexpr int kShareSteps = 512;
-
 /// Rounded shares and rounded direction across the face. Direction 0: no face; 1: upright; from 2 on: angles in the
 /// plan.
 using Steps = std::array<int, kGyroParts + 1>;
@@ -380,16 +387,17 @@ int direction_step(const std::array<double, 3>& across) {
   return 2 + static_cast<int>((turns + kAngles) % kAngles);
 }
 
-/// Rounds shares to whole steps. If the shares fill the brick, the rounded shares fill it too. The small addend rounds
-/// shares on a rounding boundary in the same direction on both sides of the gyro.
+/// Rounds shares to whole steps. If the shares fill the brick, the rounded shares fill it too. If all shares round to
+/// 0, the brick is empty and has no direction.
 Steps round_shares(const BrickContents& contents, bool fills) {
   Steps steps{};
   int sum = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) {
-    steps[part] = static_cast<int>(std::floor(contents.share[part] * kShareSteps + 0.5 + 1e-6));
+    steps[part] = share_steps(contents.share[part]);
     sum += steps[part];
   }
-  if (fills && sum > 0) {
+  if (sum == 0) return {};
+  if (fills) {
     const auto largest = std::max_element(steps.begin(), steps.begin() + kGyroParts);
     *largest += kShareSteps - sum;
   }

@@ -75,6 +75,37 @@ TEST_P(EveryEdge, GivesFilmOfBlockTrueArea) { expect_film_area_of_block(GetParam
 /// On a 45° face, the strip above the mirror is five bricks behind the face of the mirror.
 TEST(Mesh, GivesFilmTrueAreaWithSmallBricks) { expect_film_area_of_block(1.1); }
 
+/// Returns a block with mirrors that extend by `excess_mm` beyond a level of grid lines, half above and half below.
+GyroModel block_with_mirrors(double excess_mm, double thickness_mm) {
+  auto model = shipped_gyro("calibrated");
+  model.mode = GyroMode::block;
+  model.geometry.cathode[2] = 15;  // has lines on its faces
+  model.geometry.mirror_height = 15 + excess_mm;
+  model.geometry.mirror_thickness = thickness_mm;
+  return model;
+}
+
+double film_area_mm2(const GyroMesh& mesh) { return assemble_film_ambient(mesh).sum() * 1e6; }
+
+/// Only the excess of 0.1 mm is more than half a step of the shares of a brick.
+TEST(Mesh, HasNoEmptyBricksWhenPartsTouchLayer) {
+  constexpr double kEdge_mm = 4.6;
+  for (const double thickness_mm : {6.0, 12.0}) {
+    const double level = film_area_mm2(make_mesh(block_with_mirrors(0, thickness_mm), kEdge_mm));
+    for (const double excess_mm : {1e-4, 1e-3, 3e-3, 0.1}) {
+      SCOPED_TRACE(excess_mm);
+      const auto model = block_with_mirrors(excess_mm, thickness_mm);
+      const auto mesh = make_mesh(model, kEdge_mm);
+      for (std::size_t number = 1; number < mesh.classes.size(); ++number)
+        EXPECT_FALSE(mesh.classes[number].shares.empty()) << number;
+      EXPECT_FALSE(mesh.film.empty());
+      for (const FilmFace& face : mesh.film) EXPECT_NE(mesh.bricks[face.brick], 0) << face.brick;
+      EXPECT_TRUE(std::isfinite(assemble_capacity(model, mesh).sum()));
+      EXPECT_NEAR(film_area_mm2(mesh), level + 4 * 2 * thickness_mm * excess_mm, 1e-6);
+    }
+  }
+}
+
 TEST_P(EveryEdge, KeepsVolumeOfBlockInConsolidation) {
   auto model = shipped_gyro("calibrated");
   const double full = part_volume(make_mesh(model, GetParam()), GyroPart::block);

@@ -331,9 +331,12 @@ class WallFilm {
       if (is_exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
       return;
     }
-    for (int reach = 2; reach <= 8; reach *= 2)
+    const int most = std::max(grid_.nx(), grid_.ny());
+    for (int reach = std::min(2, most);; reach = std::min(2 * reach, most)) {
       if (spread(area, middle, out, brick, reach)) return;
-    assert(false && "a wall far from every brick that stays");
+      if (reach == most) break;
+    }
+    assert(false && "no brick of this layer has a face towards the outside of the wall");
   }
 
   bool spread(double area, PlanPoint middle, PlanPoint out, BrickIndex around, int reach) {

@@ -41,9 +41,11 @@ struct FusedRate {
 
 inline constexpr double kLeastRedundancy = 1e-6;
 
-/// Returns the rate vector of the readings without one axis. It equals the result with the gains of
-/// compute_gains(remove_axis(…)). Leaving an axis out is equivalent to giving it an unknown bias, whose estimate is
-/// v_iᵀ p/|v_i|², with v_i its column of V and p the parity vector; the contribution of this bias to G y is subtracted.
+/// Returns the rate vector of the readings without one axis. With gains of compute_gains(), it equals the result with
+/// the gains of compute_gains(remove_axis(…)). Leaving an axis out is equivalent to giving it an unknown bias, whose
+/// estimate is v_iᵀ p/|v_i|², with v_i its column of V and p the parity vector; the contribution of this bias to G y is
+/// subtracted. With gains of weighted_gains(), the vector is unbiased and independent of the reading of the axis, but
+/// differs from that of the remaining axes with these weights, and its covariance omits the correlation of G y with p.
 /// Fails with numeric if only this axis measures some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.
 [[nodiscard]] Result<FusedRate> fuse_without_axis(const Gains& gains,
                                                   const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,

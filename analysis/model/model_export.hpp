@@ -47,8 +47,9 @@ namespace gyrotherm::model {
 /// Return values report a contradiction of the axes above the limit, or a reading that is not finite. Three axes have
 /// no parity: NAME_fuse then finds no contradiction, and the parity functions are omitted. The limit applies to single
 /// readings; fusion::ChangeDetector finds hops below the noise of a second. `weights`, if given, is the geometry that
-/// determines the weights of the axes (fusion::weighted_gains). Fails with usage if `name` is not a valid beginning of
-/// C identifiers.
+/// determines the weights of the axes (fusion::weighted_gains). NAME_fuse_without is then unbiased and independent of
+/// the omitted reading, but differs from the fusion of the remaining axes with these weights. Fails with usage if
+/// `name` is not a valid beginning of C identifiers.
 [[nodiscard]] Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
                                            const fusion::TestOptions& options = {},
                                            const std::optional<fusion::Geometry>& weights = {});

@@ -102,6 +102,21 @@ TEST(RateFusion, MatchesReducedGeometryWhenAxisIsOmitted) {
   }
 }
 
+TEST(RateFusion, RemainsUnbiasedWithOtherWeightsWhenAxisIsOmitted) {
+  const Geometry geometry = valid_geometry(uneven_axes());
+  Geometry weights = geometry;
+  weights.covariance = Eigen::VectorXd::LinSpaced(6, 1, 30).asDiagonal();
+  const Gains gains = weighted_gains(geometry, weights);
+  const Eigen::Vector3d rate(3, -7, 11);
+  for (Eigen::Index out = 0; out < geometry.axes(); ++out) {
+    Eigen::VectorXd readings = geometry.directions * rate;
+    readings(out) += 100;
+    const auto rest = fuse_without_axis(gains, readings, out);
+    ASSERT_TRUE(rest);
+    EXPECT_TRUE(rest->deg_per_h.isApprox(rate, 1e-10)) << "axis " << out;
+  }
+}
+
 TEST(RateFusion, RefusesToOmitAxisWithoutRedundancy) {
   const Gains gains = compute_gains(
       valid_geometry({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)}));

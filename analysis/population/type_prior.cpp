@@ -253,14 +253,19 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
 }
 
 /// Returns the sum over all units of the log predictive density of the unit given the other units; no value if a fit
-/// fails.
+/// fails. The variances, to which the correlations are shrunk with the weight of `worth_units`, are fitted to the other
+/// units too. 0: no correlations.
 std::optional<double> leave_one_out_density(const std::vector<UnitInformation>& units, const Eigen::MatrixXd& start,
-                                            const PopulationOptions& options) {
+                                            double worth_units) {
   double sum = 0;
   for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
     std::vector<UnitInformation> others = units;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-    const auto fit = fit_population(others, start, options);
+    auto fit = fit_population(others, start, {.independent = true});
+    if (fit && worth_units > 0) {
+      const Eigen::MatrixXd own = fit->population.covariance;
+      fit = fit_population(others, own, {.shrinkage = Shrinkage{own.diagonal(), worth_units}});
+    }
     if (!fit) return {};
     sum += log_predictive(next_unit(fit->population), units[left_out]);
   }
@@ -280,12 +285,11 @@ Result<Chosen> fit_correlations(const std::vector<UnitInformation>& units, const
   const Eigen::MatrixXd& start = independent.population.covariance;
   Chosen chosen{independent, 0};
   if (quick || units.size() < kFewestToLeaveOneOut) return chosen;
-  auto best = leave_one_out_density(units, start, {.independent = true});
+  auto best = leave_one_out_density(units, start, 0);
   for (const double worth : kWorth) {
-    const PopulationOptions options{.shrinkage = Shrinkage{start.diagonal(), worth}};
-    const auto predicted = leave_one_out_density(units, start, options);
+    const auto predicted = leave_one_out_density(units, start, worth);
     if (!predicted || (best && !(*predicted > *best))) continue;
-    const auto fit = fit_population(units, start, options);
+    const auto fit = fit_population(units, start, {.shrinkage = Shrinkage{start.diagonal(), worth}});
     if (!fit) return failure(fit.error());
     best = predicted;
     chosen = {*fit, worth};

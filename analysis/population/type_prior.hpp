@@ -94,8 +94,9 @@ struct TypePrior {
 /// others held constant, by the restricted likelihood; noise with a correlation time below three clusters is treated as
 /// white. The correlations between coefficients are then learnt and shrunk towards 0. The shrinkage has the weight of a
 /// number of additional units without correlations. Leave-one-unit-out chooses this number, or no correlation at all,
-/// by the predictive density of each unit's data given the other units (log_predictive). A dozen units permit only a
-/// choice between a few values.
+/// by the predictive density of each unit's data given the other units (log_predictive). The population, including the
+/// variances to which it is shrunk, is then fitted to the other units only; the noise parameters are learnt from all
+/// units. A dozen units permit only a choice between a few values.
 ///
 /// Fails with usage for too few units, a unit given twice or without a run, inconsistent clusters, a term that does not
 /// vary or does not exist, or uncertainties that are negative or not one per thermometer. Fails with numeric.

@@ -112,6 +112,38 @@ TEST(TypePrior, RecoversTypeAndNoise) {
   }
 }
 
+/// Returns units whose coefficients are independent in the components: at the mean temperature, the constant and the
+/// slopes per standard deviation of each term have the same spread.
+std::vector<UnitClusters> units_with_independent_components(int count, std::uint64_t seed) {
+  const SimulatedType type;
+  const Eigen::Vector4d input_std(1, 35, 2.1, 1.06);
+  constexpr double kSpread = 0.003, kMeanBelow20 = 10;
+  std::vector<UnitClusters> units;
+  for (int u = 0; u < count; ++u) {
+    const std::uint64_t number = 1000 * seed + static_cast<std::uint64_t>(u);
+    const Eigen::Vector4d own = kSpread * data::normal_vector(4, number + 900000).cwiseQuotient(input_std);
+    Eigen::Vector4d coefficients = type.mean + own;
+    coefficients(0) += kMeanBelow20 * own(1);
+    units.push_back({"unit " + std::to_string(u), {simulated_run(type, coefficients, 150, 10 * number)}});
+  }
+  return units;
+}
+
+/// The data of a unit must not choose the variances from which its own data are predicted. Strong shrinkage to these
+/// variances would otherwise nearly always be preferred to no correlations.
+TEST(TypePrior, ChoosesNoCorrelationsAsOftenAsStrongShrinkageForIndependentCoefficients) {
+  constexpr int kTypes = 40;
+  int without = 0, strongest = 0;
+  for (std::uint64_t seed = 1; seed <= kTypes; ++seed) {
+    const auto prior = learn_type_prior(units_with_independent_components(6, seed));
+    ASSERT_TRUE(prior) << text(prior.error());
+    without += prior->correlations_worth_units == 0 ? 1 : 0;
+    strongest += prior->correlations_worth_units == 100 ? 1 : 0;
+  }
+  EXPECT_GE(without, kTypes / 3);
+  EXPECT_LE(strongest, kTypes / 2);
+}
+
 TEST(TypePrior, UsesThermometersInsteadOfValuesMeasuredByGyro) {
   std::vector<UnitClusters> units = simulated_units({}, 3, 1);
   const auto renamed = [&](std::vector<std::string> names) {

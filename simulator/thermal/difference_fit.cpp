@@ -40,20 +40,18 @@ class Search {
   Result<FittedDifference> bisect(Trial a, Trial b) {
     const bool logarithmic = a.value > 0 && b.value > 20 * a.value;
     const auto scale = [&](double value) { return logarithmic ? std::log(value) : value; };
-    double weight_a = 1;
-    double weight_b = 1;
+    // End of the interval that was moved last: −1 a, 1 b.
+    int side = 0;
     Result<Trial> last = a;
     while (steps_ < options_.most_steps) {
-      const double ea = a.error_k * weight_a;
-      const double eb = b.error_k * weight_b;
-      const double at = (scale(a.value) * eb - scale(b.value) * ea) / (eb - ea);
+      const double at = (scale(a.value) * b.error_k - scale(b.value) * a.error_k) / (b.error_k - a.error_k);
       last = try_value(logarithmic ? std::exp(at) : at);
       if (!last || fits(*last)) return make_result(last);
-      const bool replaces_a = last->error_k * a.error_k > 0;
-      // Illinois method: the error at the retained end is halved.
-      weight_a = replaces_a ? 1 : weight_a / 2;
-      weight_b = replaces_a ? weight_b / 2 : 1;
-      (replaces_a ? a : b) = *last;
+      const int moved = last->error_k * a.error_k > 0 ? -1 : 1;
+      (moved < 0 ? a : b) = *last;
+      // Illinois method: the error at the other end is halved if the same end moves again.
+      if (moved == side) (moved < 0 ? b : a).error_k /= 2;
+      side = moved;
     }
     return make_result(last);
   }

@@ -152,6 +152,21 @@ TEST(DifferenceFit, FindsFilmForDifference) {
   EXPECT_NEAR(gain_difference_k(state->outputs_c), 3.0, 0.002);
 }
 
+/// The film changes the difference by more than an order of magnitude, so plain secants move only one end.
+TEST(DifferenceFit, NeedsFewStepsForAnyDifference) {
+  auto model = shipped_gyro("calibrated");
+  model.mode = GyroMode::block;
+  FitOptions options;
+  options.edge_mm = kRough;
+  for (const double wanted_k : {1.5, 3.0, 4.0}) {
+    for (const FitParameter parameter : {FitParameter::film, FitParameter::thickness}) {
+      const auto fit = fit_difference(model, parameter, wanted_k, options);
+      ASSERT_TRUE(fit) << text(fit.error());
+      EXPECT_LE(fit->steps, 8) << wanted_k;
+    }
+  }
+}
+
 TEST(DifferenceFit, ReportsUnreachableDifference) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;

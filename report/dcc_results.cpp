@@ -404,7 +404,7 @@ class MeasurementResults {
       const std::string unit = row_unit(row);
       uncertainty.values.push_back({.value = row.standard_uncertainty});
       uncertainty.units.push_back(unit);
-      sensitivity.units.push_back(unit == "°/h" ? "1" : "°/h/" + unit);
+      sensitivity.units.push_back(sensitivity_unit(unit));
       sensitivity.values.push_back({.value = row.sensitivity});
       contribution.values.push_back({.value = contribution_deg_per_h(row)});
       const bool finite = std::isfinite(row.degrees_of_freedom);

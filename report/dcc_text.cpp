@@ -179,7 +179,15 @@ void DccText::quantity(const Texts& name, const std::string& ref_type, std::stri
 void DccText::quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
                        const std::vector<ReportedValue>& values) {
   std::string all;
-  for (const std::string& unit : units) all += (all.empty() ? "" : " ") + dsi_unit(unit).value();
+  std::vector<std::string> in_words;
+  bool has_foreign_unit = false;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto dsi = dsi_unit(units[i]);
+    has_foreign_unit = has_foreign_unit || !dsi;
+    all += (all.empty() ? "" : " ") + dsi.value_or("");
+    in_words.push_back(fmt::format("{} {}", dsi_number(values[i].value), units[i]));
+  }
+  if (has_foreign_unit) return quantity_of_texts(name, ref_type, in_words);
   xml_.element("dcc:quantity", {{"refType", ref_type}}, [&] {
     text("dcc:name", name);
     values.size() == 1 ? single_value(all, values.front()) : list(all, values);

@@ -55,7 +55,7 @@ class DccText {
   /// Writes a quantity with one value or a list of values.
   void quantity(const Texts& name, const std::string& ref_type, std::string_view unit,
                 const std::vector<ReportedValue>& values, const char* element = "dcc:quantity");
-  /// Writes a quantity with a separate unit for each value. All units must be known to D-SI.
+  /// Writes a quantity with a separate unit for each value; as texts if D-SI cannot express one of the units.
   void quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
                 const std::vector<ReportedValue>& values);
   /// Writes a list of texts. Blanks become underscores, because blanks separate the items of an XML list.

@@ -266,15 +266,16 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
   add_note(row.chosen_on_these_folds, "label.chosen_on_these_folds");
   add_note(row.only_start_held_out, "label.only_start_held_out");
   add_note(row.without_holds, "label.without_holds");
-  return {{.text = std::move(source), .note = std::move(note)},
-          {.text = model::name(row.evaluation)},
-          {.text = writer.translated(std::string("distribution.") + model::name(row.distribution))},
-          {.text = append_unit("0", unit)},
-          {.text = append_unit(format_significant(language, row.standard_uncertainty, 2), unit)},
-          {.text = freedom_text(language, row.degrees_of_freedom)},
-          {.text = unit == "°/h" ? format_plain(language, row.sensitivity)
-                                 : append_unit(format_significant(language, row.sensitivity, 2), "°/h/" + unit)},
-          {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
+  return {
+      {.text = std::move(source), .note = std::move(note)},
+      {.text = model::name(row.evaluation)},
+      {.text = writer.translated(std::string("distribution.") + model::name(row.distribution))},
+      {.text = append_unit("0", unit)},
+      {.text = append_unit(format_significant(language, row.standard_uncertainty, 2), unit)},
+      {.text = freedom_text(language, row.degrees_of_freedom)},
+      {.text = unit == "°/h" ? format_plain(language, row.sensitivity)
+                             : append_unit(format_significant(language, row.sensitivity, 2), sensitivity_unit(unit))},
+      {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
 }
 
 /// Returns a summary row at the end of a budget: name, degrees of freedom and value.

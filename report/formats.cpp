@@ -239,6 +239,13 @@ std::string append_unit(std::string_view number, std::string_view unit) {
   return fmt::format("{}{}{}", number, is_angle ? "" : "\u00a0", printed);
 }
 
+std::string sensitivity_unit(std::string_view unit) {
+  if (unit == "°/h") return "1";
+  if (unit.empty() || unit == "1") return "°/h";
+  const bool has_factors = unit.find('/') != std::string_view::npos || unit.find("·") != std::string_view::npos;
+  return has_factors ? fmt::format("°/h/({})", unit) : fmt::format("°/h/{}", unit);
+}
+
 std::string remove_word_joiners(std::string text) {
   for (auto at = text.find(kWordJoiner); at != std::string::npos; at = text.find(kWordJoiner, at))
     text.erase(at, std::string_view(kWordJoiner).size());

@@ -78,6 +78,9 @@ struct FormattedValue {
 [[nodiscard]] std::string format_unit(std::string_view unit);
 /// Returns "0.012 K", or "0.0100°" without a blank for an angle in °, ′ or ″ (SI Brochure, 5.4.3).
 [[nodiscard]] std::string append_unit(std::string_view number, std::string_view unit);
+/// Returns the unit of a change of the bias per `unit`: "1" for °/h, "°/h" for "1", "°/h/K" for K, and "°/h/(m/s)" for
+/// a unit with several factors.
+[[nodiscard]] std::string sensitivity_unit(std::string_view unit);
 /// Removes all word joiners, for a text that is never broken.
 [[nodiscard]] std::string remove_word_joiners(std::string text);
 /// Returns "Bias / (°/h)" or "Temperature / °C", with no line break after the slash; only the name if dimensionless.

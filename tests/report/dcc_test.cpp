@@ -130,6 +130,28 @@ TEST(Dcc, HasUnitPerSourceOfUncertainty) {
   EXPECT_NE(xml.find(" \\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1} "), std::string::npos);
 }
 
+/// The unit of an analogue input and of an imported column is free text.
+TEST(Dcc, WritesSourcesInUnknownUnitsAsText) {
+  CalibrationReport report = real_report();
+  ASSERT_FALSE(report.budgets.empty());
+  auto& rows = report.budgets.front().budget.rows;
+  for (const char* unit : {"mW", "µA", "counts", "1", "m/s", "furlong/s"})
+    rows.push_back({.source = model::Source::input_drift,
+                    .of = unit,
+                    .unit = unit,
+                    .standard_uncertainty = 0.25,
+                    .sensitivity = 0.5});
+  const std::string xml = dcc(report);
+  for (const char* part : {"0.25_mW", "0.25_µA", "0.25_counts", "0.25_1", "0.25_m/s", "0.5_°/h/mW", "0.5_°/h/counts",
+                           "0.5_°/h 0.5_°/h/(m/s) 0.5_°/h/(furlong/s)"})
+    EXPECT_NE(xml.find(part), std::string::npos) << part;
+  rows.erase(rows.end() - 1);
+  rows.erase(rows.end() - 5, rows.end() - 2);
+  const std::string in_si = dcc(report);
+  EXPECT_EQ(in_si.find("0.25_"), std::string::npos) << "all units are known to D-SI";
+  EXPECT_NE(in_si.find(" \\degree\\per\\hour \\degree\\second\\hour\\tothe{-1}\\metre\\tothe{-1}<"), std::string::npos);
+}
+
 TEST(Dcc, HasDeviationsInBothLanguages) {
   CalibrationReport report = sample_calibration();
   report.deviations = {{.utc = "2026-11-12T08:00:00Z", .run = "7", .kind = "held", .text = "held: paused by ada"},

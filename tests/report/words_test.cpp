@@ -36,6 +36,15 @@ std::string written(double value, double expanded, Language language = kEn) {
   return plain(format(language, with_expanded(value, expanded)));
 }
 
+TEST(Unit, OfSensitivityIsBiasPerUnit) {
+  EXPECT_EQ(sensitivity_unit("°/h"), "1");
+  EXPECT_EQ(sensitivity_unit("1"), "°/h");
+  EXPECT_EQ(sensitivity_unit(""), "°/h");
+  EXPECT_EQ(sensitivity_unit("K"), "°/h/K");
+  EXPECT_EQ(sensitivity_unit("m/s"), "°/h/(m/s)");
+  EXPECT_EQ(sensitivity_unit("V·s"), "°/h/(V·s)");
+}
+
 TEST(Words, ExistInBothLanguages) {
   std::set<std::string_view> seen;
   for (const std::string_view key : text_keys()) {

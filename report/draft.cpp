@@ -82,7 +82,7 @@ void check_line(std::vector<std::string>& found, const CalibrationReport& report
     const Column* column = find_column(table, quantity);
     if (table.in_sample || column == nullptr || !is_of_table(line, table)) continue;
     is_judged = true;
-    const Conformity worst = find_worst_row(column->values, line.limit, line.rule);
+    const Conformity worst = judge_column(report, table, *column, line.limit, line.rule);
     is_right = is_right || (worst.verdict == line.verdict && agree(worst.value.value, line.value.value) &&
                             agree(worst.value.expanded(), line.value.expanded()) &&
                             agree(worst.probability, line.probability) && column->unit == line.unit);

@@ -676,6 +676,12 @@ Conformity without_verdict(const Conformity& one) {
 
 }  // namespace
 
+Conformity judge_column(const CalibrationReport& report, const ResultTable& table, const Column& column, double limit,
+                        DecisionRule rule) {
+  const Conformity worst = find_worst_row(column.values, limit, rule);
+  return has_unknown_zero(report, table, column.quantity) ? without_verdict(worst) : worst;
+}
+
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
   report.rule = rule;
   for (const ReportedLimit& limit : limits) {
@@ -686,8 +692,7 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
       const Column* column = find_column(table, quantity);
       if (table.key != key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
-      Conformity one = find_worst_row(column->values, limit.at_most, rule);
-      if (has_unknown_zero(report, table, quantity)) one = without_verdict(one);
+      Conformity one = judge_column(report, table, *column, limit.at_most, rule);
       one.quantity = limit.quantity;
       one.axis = table.axis;
       one.stage = table.stage;

@@ -100,6 +100,11 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 /// probability; not_known for a column without values.
 [[nodiscard]] Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule);
 
+/// Returns the verdict on a column of a table: that of its worst row, or not_known without an uncertainty and a
+/// probability if the zero of the result is unknown (has_unknown_zero()).
+[[nodiscard]] Conformity judge_column(const CalibrationReport& report, const ResultTable& table, const Column& column,
+                                      double limit, DecisionRule rule);
+
 /// Compares the results with the limits of an order, row by row. A result gets the verdict of its worst row; among
 /// rows with the same verdict, the worst is the one with the lowest probability of conformity. In-sample results are
 /// not compared. A result with an unknown zero (has_unknown_zero()) and a limit without a result get the verdict

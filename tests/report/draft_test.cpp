@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/data/dataset.hpp"
+#include "report/order.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
@@ -64,6 +66,22 @@ CalibrationReport consistent_sample() {
 
 TEST(Contradictions, AreAbsentFromConsistentReport) {
   EXPECT_EQ(find_contradictions(consistent_sample()), std::vector<std::string>{});
+}
+
+/// Gives the report the limit by this rule, as an order does, and a zero that is its own first hold.
+TEST(Contradictions, AreAbsentFromReportWithUnknownZero) {
+  for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band})
+    for (const char* quantity : {"stabilised_bias.bias", "compensated_mean.compensated_bias", "whole_run.rmse"})
+      for (const double at_most : {1e-9, 1e9}) {
+        CalibrationReport report = consistent_sample();
+        report.conformity.clear();
+        report.bias_zero = data::kOwnReference;
+        apply_limits(report, {{.quantity = quantity, .at_most = at_most}}, rule);
+        EXPECT_EQ(report.conformity.front().verdict, Verdict::not_known);
+        EXPECT_EQ(find_contradictions(report), std::vector<std::string>{}) << quantity;
+        report.conformity.front().verdict = Verdict::pass;
+        EXPECT_FALSE(find_contradictions(report).empty()) << quantity;
+      }
 }
 
 /// Each change makes a report whose numbers and verdicts do not belong together.

@@ -55,7 +55,7 @@ struct ResultTarget {
   double u_reference{};
 };
 
-/// Adds a result table unless it has no rows.
+/// Adds a result table unless it has no rows. A row without a value remains, because a limit applies to it.
 void add(const ResultTarget& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
   if (columns.front().values.empty()) return;
   of.report.results.push_back({.group = group,
@@ -76,11 +76,9 @@ const model::MeasuredValue& select_stage(const ResultTarget& of, const model::Be
 void add_warm_ups(const ResultTarget& of, const std::vector<model::WarmUp>& warm_ups) {
   Column set_point = column("set_point", "°C"), within = column("within", "°/h"), duration = column("duration", "s");
   for (const model::WarmUp& one : warm_ups) {
-    const double seconds = select_stage(of, one.seconds).value;
-    if (!std::isfinite(seconds)) continue;
     set_point.values.push_back(exact_value(one.set_point_c));
     within.values.push_back(exact_value(select_stage(of, one.within).value));
-    duration.values.push_back(exact_value(seconds));
+    duration.values.push_back(exact_value(select_stage(of, one.seconds).value));
   }
   add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
 }
@@ -100,7 +98,7 @@ void add_stabilised(const ResultTarget& of, const std::vector<model::StabilisedB
   Column set_point = column("set_point", "°C"), temperature = column("temperature", "°C"), bias = column("bias", "°/h");
   for (const model::StabilisedBias& hold : holds) {
     const model::MeasuredValue& found = select_stage(of, hold.bias);
-    if (hold.turned || !std::isfinite(found.value)) continue;
+    if (hold.turned) continue;
     set_point.values.push_back(exact_value(hold.set_point_c));
     temperature.values.push_back(make_value(hold.temperature_c, 0, kInfinite, temperature_u_k));
     bias.values.push_back(make_value(found, of.u_reference));
@@ -149,10 +147,8 @@ void add_sensitivities(const ResultTarget& of, const model::Characterisation& fo
 void add_hysteresis(const ResultTarget& of, const std::vector<model::HysteresisPoint>& points) {
   Column temperature = column("temperature", "°C"), width = column("width", "°/h");
   for (const model::HysteresisPoint& point : points) {
-    const model::MeasuredValue& found = select_stage(of, point.width);
-    if (!std::isfinite(found.value)) continue;
     temperature.values.push_back(exact_value(point.temperature_c));
-    width.values.push_back(make_value(found));
+    width.values.push_back(make_value(select_stage(of, point.width)));
   }
   add(of, Group::hysteresis, "hysteresis", {std::move(temperature), std::move(width)});
 }

@@ -505,11 +505,13 @@ void list_missing(CalibrationReport& report) {
   append(report.missing, find_placeholders(report));
 }
 
-/// Compares two rows of one column by verdict, then by probability if known, then by magnitude. Each row has its own
-/// uncertainty.
+/// Compares two rows of one column by verdict, then by probability if known, then by magnitude; an unknown value has
+/// the greatest magnitude. Each row has its own uncertainty.
 bool is_worse(const Conformity& one, const Conformity& other) {
   const auto key = [](const Conformity& of) {
-    return std::tuple(of.verdict, std::isnan(of.probability) ? -2 : -of.probability, std::abs(of.value.value));
+    const double magnitude = std::abs(of.value.value);
+    return std::tuple(of.verdict, std::isnan(of.probability) ? -2 : -of.probability,
+                      std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : magnitude);
   };
   return key(one) > key(other);
 }
@@ -552,7 +554,6 @@ std::vector<std::string> find_days_against_authorisation(const CalibrationReport
 Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {
-    if (!std::isfinite(value.value)) continue;
     const Conformity one = compare_with_limits(value, limit, rule);
     if (!worst || is_worse(one, *worst)) worst = one;
   }

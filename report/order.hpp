@@ -97,7 +97,8 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 [[nodiscard]] Result<void> check_may_authorise(const std::vector<Person>& people, const std::string& by);
 
 /// Returns the comparison of the worst row with a limit: the row with the worst verdict and, among those, the lowest
-/// probability; not_known for a column without values.
+/// probability; not_known for a column without values. A row with an unknown value is not_known: only a row that fails
+/// is worse.
 [[nodiscard]] Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule);
 
 /// Returns the verdict on a column of a table: that of its worst row, or not_known without an uncertainty and a

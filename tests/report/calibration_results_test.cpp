@@ -11,7 +11,10 @@
 #include <random>
 #include <set>
 #include <string>
+#include <tuple>
+#include <vector>
 
+#include "report/order.hpp"
 #include "tests/report/synthetic_experiment.hpp"
 
 namespace gyrotherm::report {
@@ -310,6 +313,30 @@ TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
               std::hypot(exact.standard_uncertainty, 10e-6 * with_scale_error.value), 1e-12)
       << "a scale-factor uncertainty of 10 ppm is assumed";
   EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
+}
+
+/// A hold without a bias must not let a limit pass.
+TEST(StabilisedBias, KeepsRowOfHoldWithoutValue) {
+  const auto judged = [](const data::RecordedRun& run, const char* key, const char* quantity) {
+    CalibrationReport report;
+    EXPECT_TRUE(add_results(report, {.label = "x", .runs = {run}}));
+    apply_limits(report, {{.quantity = std::string(key) + "." + quantity, .at_most = 1e9}}, DecisionRule::simple);
+    const auto table = std::ranges::find(report.results, key, &ResultTable::key);
+    const auto rows = table == report.results.end() ? std::vector<ReportedValue>() : table->columns.back().values;
+    const auto unknown = std::ranges::count_if(rows, [](const ReportedValue& one) { return std::isnan(one.value); });
+    return std::tuple(rows.size(), unknown, report.conformity.front().verdict);
+  };
+  data::RecordedRun run = SyntheticExperiment(9).rate;
+  const auto [holds, no_unknown, passes] = judged(run, "stabilised_bias", "bias");
+  ASSERT_GT(holds, 1U);
+  EXPECT_EQ(no_unknown, 0);
+  EXPECT_EQ(passes, Verdict::pass);
+  int last_hold = 0;
+  for (std::size_t i = 0; i < run.dataset.segments.size(); ++i)
+    if (run.dataset.segments[i].hold) last_hold = static_cast<int>(i);
+  for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k)
+    if (run.clusters.segment(k) == last_hold) run.clusters.bias_deg_per_h(k) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(judged(run, "stabilised_bias", "bias"), std::tuple(holds, 1, Verdict::not_known));
 }
 
 /// Returns nine clusters of 100 s. The bias is missing in the clusters 3 to 5, the temperatures only in the cluster 7.

@@ -536,7 +536,12 @@ TEST(Order, ComparesEachRowWithLimit) {
   EXPECT_EQ(worst({greatest, blurred}, simple).value.value, 0.8) << "both pass";
   EXPECT_EQ(worst({greatest, unknown}, guard_band).verdict, Verdict::not_known);
   EXPECT_EQ(worst({unknown, beyond}, guard_band).verdict, Verdict::fail);
-  EXPECT_EQ(worst({{}, {.value = -0.2}, unknown}, simple).value.value, -0.2);
+  // A row without a value is a hold that failed: the limit must not pass because of the other rows.
+  const Conformity failed_row = worst({{}, {.value = -0.2}, greatest}, simple);
+  EXPECT_TRUE(std::isnan(failed_row.value.value));
+  EXPECT_EQ(failed_row.verdict, Verdict::not_known);
+  EXPECT_TRUE(std::isnan(worst({unknown, {}, greatest}, guard_band).value.value));
+  EXPECT_EQ(worst({{}, beyond, greatest}, simple).verdict, Verdict::fail) << "a failing row is worse";
 }
 
 /// No limit applies to an unknown constant, by either rule; a STD is not affected.

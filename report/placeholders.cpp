@@ -47,6 +47,10 @@ class Placeholders {
     check(key + ".en", texts.en);
     check(key + ".de", texts.de);
   }
+  /// Checks the texts by language or, if there are none, the text.
+  void check(const std::string& key, const Texts& texts, const std::string& text) {
+    texts.empty() ? check(key, text) : check(key, texts);
+  }
   void check(const std::string& prefix, const Party& party) {
     check(prefix + "name", party.name);
     for (const std::string& line : party.address) check(prefix + "address", line);
@@ -69,9 +73,11 @@ void check_laboratory(Placeholders& all, const CalibrationReport& report) {
   for (std::size_t i = 0; i < report.statements.size(); ++i)
     all.check(fmt::format("{}statement[{}]", file, i), report.statements[i]);
   for (const Equipment& one : report.equipment) {
+    if (!one.channel.empty()) all.check("records: certificate of " + one.channel, one.certificate);
     // Other equipment is taken from the records.
-    if (one.role != "reference") continue;
-    all.check(file + "equipment.name", one.name);
+    const bool is_of_laboratory = one.role == "reference" || (one.role == "thermometer" && one.channel.empty());
+    if (!is_of_laboratory) continue;
+    all.check(file + "equipment.name", one.names, one.name);
     all.check(file + "equipment.serial_number", one.serial_number);
     all.check(file + "equipment.certificate", one.certificate);
   }
@@ -96,6 +102,8 @@ void check_order(Placeholders& all, const CalibrationReport& report) {
   all.check(file + "method", report.method);
   all.check(file + "remarks", report.remarks);
   for (const Influence& one : report.influences) all.check(file + "influence.name", one.name);
+  for (const Deviation& one : report.deviations)
+    if (one.kind == "stated") all.check(file + "deviation.text", one.translations, one.text);
   if (report.replaces) all.check(file + "replaces.reason", report.replaces->reason);
 }
 

@@ -57,6 +57,23 @@ TEST(Placeholders, FindsUnfinishedTextInEachKey) {
   EXPECT_EQ(found.size(), 6u);
 }
 
+TEST(Placeholders, AreFoundInEquipmentAndDeviations) {
+  CalibrationReport report;
+  report.equipment = {{.role = "thermometer", .name = "Logger 7", .serial_number = "xxx", .certificate = "TBD"},
+                      {.role = "thermometer", .channel = "A", .name = "...", .certificate = "see TODO list"},
+                      {.role = "chamber", .name = "TBD"},
+                      {.role = "reference", .name = "Table", .certificate = "L-17", .names = {"Table", "Tisch …"}}};
+  report.deviations = {{.kind = "note", .text = "TBD"},
+                       {.kind = "stated", .text = "Door open.", .translations = {"Door open.", "todo"}},
+                       {.kind = "stated", .text = "fixme"}};
+  const auto found = find_placeholders(report);
+  for (const char* key : {"laboratory.toml: equipment.serial_number", "laboratory.toml: equipment.certificate",
+                          "laboratory.toml: equipment.name.de", "records: certificate of A",
+                          "order.toml: deviation.text.de", "order.toml: deviation.text"})
+    EXPECT_TRUE(has(found, key)) << key;
+  EXPECT_EQ(found.size(), 6U) << "other texts are those of the records";
+}
+
 TEST(Placeholders, AcceptsOriginalTexts) {
   for (const char* text : {"", "Temperatures are traceable to the SI through certificate 2026-17 of PTB.", "M. Todorov",
                            "Todor-7", "No. 3.5.1", "lab@gyros.de", "Gyro Street 11"})

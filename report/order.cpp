@@ -262,6 +262,7 @@ std::optional<OtherReport> read_replaced_report(const TomlTable& table) {
   OtherReport report{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
   if (!report.sha256.empty() && !is_sha256(report.sha256))
     other.note_error("sha256", fmt::format("\"{}\", expected 64 hexadecimal digits", report.sha256));
+  for (char& digit : report.sha256) digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));
   return report;
 }
 

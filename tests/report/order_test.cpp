@@ -333,6 +333,14 @@ TEST(Order, RefusesRepeatedLimitsAndInvalidTexts) {
         << address;
 }
 
+TEST(Order, ReadsDigestOfReplacedReportInLowerCase) {
+  const auto order = parse_order(std::string(kOrder) + "[replaces]\nnumber = \"C-0\"\nreason = \"late\"\nsha256 = \"" +
+                                     std::string(60, 'A') + "0fE9\"\n",
+                                 "order.toml");
+  ASSERT_TRUE(order) << text(order.error());
+  EXPECT_EQ(order->replaces->sha256, std::string(60, 'a') + "0fe9");
+}
+
 TEST(Laboratory, RefusesDueDayBeforeCalibration) {
   const auto error_of = [](const std::string& due) {
     const auto parsed = parse_laboratory(

@@ -15,19 +15,23 @@ struct Symbol {
   std::string_view symbol, dsi;
 };
 
-// Longer symbols come first: "°C" must not be read as "°".
-constexpr std::array kSymbols = {
-    Symbol{"°C", "\\degreecelsius"}, Symbol{"hPa", "\\hecto\\pascal"}, Symbol{"kPa", "\\kilo\\pascal"},
-    Symbol{"mbar", "\\milli\\bar"},  Symbol{"min", "\\minute"},        Symbol{"ppm", "\\ppm"},
-    Symbol{"rad", "\\radian"},       Symbol{"kHz", "\\kilo\\hertz"},   Symbol{"bar", "\\bar"},
-    Symbol{"mK", "\\milli\\kelvin"}, Symbol{"Pa", "\\pascal"},         Symbol{"Hz", "\\hertz"},
-    Symbol{"mA", "\\milli\\ampere"}, Symbol{"mV", "\\milli\\volt"},    Symbol{"ms", "\\milli\\second"},
-    Symbol{"µT", "\\micro\\tesla"},  Symbol{"mT", "\\milli\\tesla"},   Symbol{"mm", "\\milli\\metre"},
-    Symbol{"kg", "\\kilogram"},      Symbol{"°", "\\degree"},          Symbol{"′", "\\arcminute"},
-    Symbol{"″", "\\arcsecond"},      Symbol{"%", "\\percent"},         Symbol{"d", "\\day"},
-    Symbol{"h", "\\hour"},           Symbol{"s", "\\second"},          Symbol{"K", "\\kelvin"},
-    Symbol{"V", "\\volt"},           Symbol{"A", "\\ampere"},          Symbol{"W", "\\watt"},
-    Symbol{"T", "\\tesla"},          Symbol{"m", "\\metre"},           Symbol{"g", "\\gram"}};
+// Longer symbols come first: "°C" must not be read as "°". The symbol "g" is omitted: for gyros it is the acceleration.
+constexpr std::array kSymbols = {Symbol{"°C", "\\degreecelsius"}, Symbol{"hPa", "\\hecto\\pascal"},
+                                 Symbol{"kPa", "\\kilo\\pascal"}, Symbol{"mbar", "\\milli\\bar"},
+                                 Symbol{"min", "\\minute"},       Symbol{"ppm", "\\ppm"},
+                                 Symbol{"rad", "\\radian"},       Symbol{"kHz", "\\kilo\\hertz"},
+                                 Symbol{"bar", "\\bar"},          Symbol{"mK", "\\milli\\kelvin"},
+                                 Symbol{"Pa", "\\pascal"},        Symbol{"Hz", "\\hertz"},
+                                 Symbol{"mA", "\\milli\\ampere"}, Symbol{"mV", "\\milli\\volt"},
+                                 Symbol{"ms", "\\milli\\second"}, Symbol{"µT", "\\micro\\tesla"},
+                                 Symbol{"mT", "\\milli\\tesla"},  Symbol{"mm", "\\milli\\metre"},
+                                 Symbol{"kg", "\\kilogram"},      Symbol{"°", "\\degree"},
+                                 Symbol{"′", "\\arcminute"},      Symbol{"″", "\\arcsecond"},
+                                 Symbol{"%", "\\percent"},        Symbol{"d", "\\day"},
+                                 Symbol{"h", "\\hour"},           Symbol{"s", "\\second"},
+                                 Symbol{"K", "\\kelvin"},         Symbol{"V", "\\volt"},
+                                 Symbol{"A", "\\ampere"},         Symbol{"W", "\\watt"},
+                                 Symbol{"T", "\\tesla"},          Symbol{"m", "\\metre"}};
 
 /// A unit raised to a power.
 struct Factor {

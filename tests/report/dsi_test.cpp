@@ -36,8 +36,11 @@ TEST(Dsi, HasAtMostOneUnitAfterPer) {
   EXPECT_EQ(dsi_unit("°/h²"), "\\degree\\per\\hour\\tothe{2}");
 }
 
+TEST(Dsi, KeepsKilogram) { EXPECT_EQ(dsi_unit("kg"), "\\kilogram"); }
+
 TEST(Dsi, ReturnsNothingForUnknownUnit) {
-  for (const char* unit : {"", "furlong", "°/", "/h", "(°/h", "°/h)", "° / h", "°C°", "√", "<script>", "\\degree"})
+  for (const char* unit : {"", "furlong", "g", "g²", "m/g", "°/h/g", "°/", "/h", "(°/h", "°/h)", "° / h", "°C°", "√",
+                           "<script>", "\\degree"})
     EXPECT_EQ(dsi_unit(unit), std::nullopt) << unit;
 }
 

@@ -243,7 +243,7 @@ class Certificate {
     person(draft ? texts_for("say.not_authorised") : same_text(text_or_not_given(signer)), email, "authorising",
            draft ? Texts{} : authorised(), true);
     for (const Person& one : report_.people)
-      if (draft || one.name != signer || one.role != "authorising")
+      if (draft || one.role != "authorising")
         person(same_text(text_or_not_given(one.name)), one.email, one.role, {}, false);
   }
 

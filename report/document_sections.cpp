@@ -244,8 +244,11 @@ std::string customer_data_text(const DocumentWriter& writer) {
 void add_people(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   DefinitionsWriter lines(writer);
-  for (const Person& person : report.people)
+  for (const Person& person : report.people) {
+    // Others who may authorise are not responsible for an authorised report.
+    if (report.authorised && person.role == "authorising" && person.name != report.authorised->name) continue;
     lines.line(person.role, person.email.empty() ? person.name : fmt::format("{}, {}", person.name, person.email));
+  }
   lines.required_line("label.authorised", report.authorised
                                               ? writer.sentence("label.authorised_by", report.authorised->name,
                                                                 format_instant(writer.language, report.authorised->utc))

@@ -152,6 +152,19 @@ TEST(Dcc, WritesSourcesInUnknownUnitsAsText) {
   EXPECT_NE(in_si.find(" \\degree\\per\\hour \\degree\\second\\hour\\tothe{-1}\\metre\\tothe{-1}<"), std::string::npos);
 }
 
+TEST(Dcc, NamesOnlyAuthorisingPersonWhoAuthorised) {
+  CalibrationReport report = real_report();
+  report.people.push_back({"Z. Second", "authorising", "z@lab.de"});
+  report.people.push_back({report.authorised->name, "reviewer", ""});
+  const std::string xml = dcc(report);
+  EXPECT_EQ(xml.find("Z. Second"), std::string::npos);
+  EXPECT_NE(xml.find(">reviewer<"), std::string::npos);
+  EXPECT_EQ(tests::count_occurrences(xml, "<dcc:role>authorising</dcc:role>"), 1);
+  report.state = ReportState::draft;
+  report.authorised.reset();
+  EXPECT_NE(dcc(report).find("Z. Second"), std::string::npos) << "a draft lists all who may authorise";
+}
+
 TEST(Dcc, HasDeviationsInBothLanguages) {
   CalibrationReport report = sample_calibration();
   report.deviations = {{.utc = "2026-11-12T08:00:00Z", .run = "7", .kind = "held", .text = "held: paused by ada"},

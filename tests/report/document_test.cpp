@@ -77,6 +77,18 @@ TEST(Document, HasEveryValueWithItsUncertainty) {
   }
 }
 
+TEST(Document, NamesOnlyAuthorisingPersonWhoAuthorised) {
+  CalibrationReport report = sample_calibration();
+  report.people.push_back({"Z. Second", "authorising", "z@lab.de"});
+  for (const Language language : kLanguages) {
+    EXPECT_FALSE(has(text_of(report, language), "Z. Second"));
+    EXPECT_TRUE(has(text_of(report, language), "A. Metrologist, a@example.org"));
+  }
+  report.state = ReportState::draft;
+  report.authorised.reset();
+  EXPECT_TRUE(has(text_of(report), "Z. Second")) << "a draft lists all who may authorise";
+}
+
 TEST(Document, HasContentsRequiredByIso17025) {
   const CalibrationReport report = sample_calibration();
   const std::string text = text_of(report);

@@ -684,15 +684,67 @@ Conformity judge_column(const CalibrationReport& report, const ResultTable& tabl
   return has_unknown_zero(report, table, column.quantity) ? without_verdict(worst) : worst;
 }
 
+namespace {
+
+/// A limit, and the result that it names.
+struct AppliedLimit {
+  const ReportedLimit& limit;
+  DecisionRule rule;
+  std::string key, quantity;
+};
+
+/// Returns the row of a limit without a result.
+Conformity row_without_result(const AppliedLimit& of, const std::string& axis, Stage stage) {
+  Conformity none = compare_with_limits({}, of.limit.at_most, of.rule);
+  none.quantity = of.limit.quantity;
+  none.axis = axis;
+  none.stage = stage;
+  none.unit = limited_unit(of.quantity);
+  return none;
+}
+
+/// Returns true if a result of this axis and stage cannot be compared with the limit: it exists only on records to
+/// which the model was fitted, or the quantity exists only with a model.
+bool is_excluded(const CalibrationReport& report, const AppliedLimit& of, const std::string& axis, Stage stage) {
+  if (stage == Stage::uncompensated && of.key == "compensated_mean") return true;
+  bool has_any = false, has_unseen = false, has_in_sample = false;
+  for (const ResultTable& table : report.results) {
+    if (table.axis != axis || table.stage != stage) continue;
+    has_any = true;
+    has_unseen = has_unseen || !table.in_sample;
+    has_in_sample =
+        has_in_sample || (table.in_sample && table.key == of.key && find_column(table, of.quantity) != nullptr);
+  }
+  return has_in_sample || (has_any && !has_unseen);
+}
+
+/// Adds a row without a verdict for each axis and stage to which the limit applies, but that has no result.
+void add_rows_without_result(CalibrationReport& report, const AppliedLimit& of, std::size_t first) {
+  const auto stages = of.limit.stage ? std::vector{*of.limit.stage} : list_stages(report);
+  if (report.conformity.size() == first) {
+    for (const Stage stage : stages) report.conformity.push_back(row_without_result(of, "", stage));
+    return;
+  }
+  for (const std::string& axis : report.item.axes)
+    for (const Stage stage : stages) {
+      const auto is_it = [&](const Conformity& one) { return one.axis == axis && one.stage == stage; };
+      const auto begin = report.conformity.begin() + static_cast<std::ptrdiff_t>(first);
+      if (std::any_of(begin, report.conformity.end(), is_it) || is_excluded(report, of, axis, stage)) continue;
+      report.conformity.push_back(row_without_result(of, axis, stage));
+    }
+}
+
+}  // namespace
+
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
   report.rule = rule;
   for (const ReportedLimit& limit : limits) {
     const auto dot = limit.quantity.find('.');
-    const std::string key = limit.quantity.substr(0, dot), quantity = limit.quantity.substr(dot + 1);
+    const AppliedLimit of{limit, rule, limit.quantity.substr(0, dot), limit.quantity.substr(dot + 1)};
     const std::size_t before = report.conformity.size();
     for (const ResultTable& table : report.results) {
-      const Column* column = find_column(table, quantity);
-      if (table.key != key || column == nullptr || table.in_sample) continue;
+      const Column* column = find_column(table, of.quantity);
+      if (table.key != of.key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
       Conformity one = judge_column(report, table, *column, limit.at_most, rule);
       one.quantity = limit.quantity;
@@ -702,14 +754,7 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
       one.unit = column->unit;
       report.conformity.push_back(std::move(one));
     }
-    if (report.conformity.size() > before) continue;
-    for (const Stage stage : limit.stage ? std::vector{*limit.stage} : list_stages(report)) {
-      Conformity none = compare_with_limits({}, limit.at_most, rule);
-      none.quantity = limit.quantity;
-      none.unit = limited_unit(quantity);
-      none.stage = stage;
-      report.conformity.push_back(std::move(none));
-    }
+    add_rows_without_result(report, of, before);
   }
 }
 

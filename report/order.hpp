@@ -108,8 +108,9 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 
 /// Compares the results with the limits of an order, row by row. A result gets the verdict of its worst row; among
 /// rows with the same verdict, the worst is the one with the lowest probability of conformity. In-sample results are
-/// not compared. A result with an unknown zero (has_unknown_zero()) and a limit without a result get the verdict
-/// not_known.
+/// not compared. A result with an unknown zero (has_unknown_zero()) gets the verdict not_known, and so does each axis
+/// of the item and stage without a result, unless it has only in-sample results. A limit without any result gets one
+/// row per stage.
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
 /// Returns true for a placeholder that must be replaced before authorisation: an unfinished text ("…", "...", "todo",

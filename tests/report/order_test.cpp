@@ -624,6 +624,43 @@ TEST(Order, GivesLimitWithoutResultOneRowPerStage) {
   EXPECT_EQ(stages_of(report, {}), std::vector{Stage::uncompensated});
 }
 
+/// A limit passes for an axis only if that axis has a result.
+TEST(Order, GivesAxisWithoutResultOwnRow) {
+  const auto rows_of = [](const CalibrationReport& results, const char* quantity, std::optional<Stage> stage) {
+    CalibrationReport report = results;
+    report.conformity.clear();
+    apply_limits(report, {{.quantity = quantity, .stage = stage, .at_most = 1e9}}, DecisionRule::simple);
+    std::set<std::string> rows;
+    for (const Conformity& one : report.conformity)
+      rows.insert(fmt::format("{} {} {} {}", one.axis, name(one.stage), name(one.verdict), one.unit));
+    return rows;
+  };
+  using Rows = std::set<std::string>;
+  const auto table = [](const char* axis, Stage stage, const char* key, const char* quantity, bool in_sample = false) {
+    return ResultTable{.key = key,
+                       .axis = axis,
+                       .stage = stage,
+                       .in_sample = in_sample,
+                       .columns = {{quantity, "°/h", {value_with_uncertainty(1, 0.1, 9)}}}};
+  };
+  using enum Stage;
+  CalibrationReport report;
+  report.item.axes = {"u1.x", "u1.y"};
+  report.results = {table("u1.x", uncompensated, "whole_run", "rmse"), table("u1.x", as_left, "whole_run", "rmse"),
+                    table("u1.x", as_left, "compensated_mean", "compensated_bias"),
+                    table("u1.y", uncompensated, "whole_run", "rmse")};
+  const std::string y_left = "u1.y as_left not_known °/h";
+  EXPECT_EQ(rows_of(report, "whole_run.rmse", as_left), (Rows{"u1.x as_left pass °/h", y_left}));
+  EXPECT_EQ(rows_of(report, "whole_run.rmse", {}),
+            (Rows{"u1.x uncompensated pass °/h", "u1.x as_left pass °/h", "u1.y uncompensated pass °/h", y_left}));
+  EXPECT_EQ(rows_of(report, "compensated_mean.compensated_bias", {}), (Rows{"u1.x as_left pass °/h", y_left}))
+      << "the uncompensated stage never has this result";
+  report.results.push_back(table("u1.y", as_left, "whole_run", "rmse", true));
+  EXPECT_EQ(rows_of(report, "whole_run.rmse", as_left), Rows{"u1.x as_left pass °/h"}) << "in-sample";
+  report.results.push_back(table("u1.y", as_left, "whole_run", "std"));
+  EXPECT_EQ(rows_of(report, "whole_run.std", as_left), (Rows{"u1.y as_left pass °/h", "u1.x as_left not_known °/h"}));
+}
+
 TEST(Order, RequiresDaysInOrder) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);

@@ -184,14 +184,19 @@ std::string describe_signed_copy(const std::string& folder, std::string_view dcc
   return plain(fmt::format(": the report is superseded; verify the report as it was signed, {}", copy));
 }
 
-/// Returns the failed check of a PDF whose signature is older than the authorisation of its report; nothing otherwise,
-/// or if the time of the signature is unknown.
+/// Returns the failed check of a PDF whose signature is older than the authorisation of its report, or younger than the
+/// day (UTC) for which it is verified; nothing otherwise, or if the time of the signature is unknown.
 Result<std::optional<Check>> check_signing_time(const std::string& folder, const std::string& name,
-                                                const std::optional<CalibrationReport>& report) {
+                                                const std::optional<CalibrationReport>& report, const Trust& trust) {
   if (!is_pdf(name) || !report || !report->authorised) return std::optional<Check>();
   const auto signed_utc = find_signing_time(join_path(folder, name));
   if (!signed_utc) return failure(signed_utc.error());
-  if (!*signed_utc || !is_before(**signed_utc, report->authorised->utc)) return std::optional<Check>();
+  if (!*signed_utc) return std::optional<Check>();
+  if (trust.on_day && is_before(*trust.on_day + "T23:59:59Z", **signed_utc))
+    return Check{
+        name, Check::Outcome::fails,
+        plain(fmt::format("was signed at {}, after the day {} for which it is verified", **signed_utc, *trust.on_day))};
+  if (!is_before(**signed_utc, report->authorised->utc)) return std::optional<Check>();
   return Check{name, Check::Outcome::fails,
                plain(fmt::format("was signed at {}, before the report was authorised at {}", **signed_utc,
                                  report->authorised->utc))};
@@ -325,9 +330,9 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
     if (!check) return failure(check.error());
     const bool is_report = file.name == kCalibrationFile && check->outcome == holds;
     if (check->outcome == holds) {
-      auto too_early = check_signing_time(folder, file.name, found.report);
-      if (!too_early) return failure(too_early.error());
-      if (*too_early) check = std::move(**too_early);
+      auto wrong_time = check_signing_time(folder, file.name, found.report, trust);
+      if (!wrong_time) return failure(wrong_time.error());
+      if (*wrong_time) check = std::move(**wrong_time);
     }
     if (file.name == kAuthorisationFile && check->outcome == holds) check->text += describe_comparison(folder);
     found.checks.push_back(std::move(*check));

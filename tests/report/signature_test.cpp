@@ -506,6 +506,39 @@ TEST_F(Signed, RefusesTimesBeforeAuthorisation) {
   EXPECT_EQ(failing(trust), (std::vector<std::string>{"report.pdf", "authorisation"}));
 }
 
+/// The certificate is valid on both days, but the signature did not exist on the first.
+TEST_F(Signed, RefusesSignatureAfterDayOfVerification) {
+  CalibrationReport report = sample_calibration();
+  report.authorised->utc = "2020-01-01T12:00:00Z";
+  write("calibration.json", to_json(report));
+  authorise();
+  const std::time_t now = std::time(nullptr);
+  const auto written = [](std::time_t at, const char* form) {
+    std::tm time{};
+    ::gmtime_r(&at, &time);
+    std::array<char, 32> text{};
+    return std::string(text.data(), std::strftime(text.data(), text.size(), form, &time));
+  };
+  constexpr int kDay_s = 86400;
+  constexpr const char* kOfOpenssl = "%Y%m%d%H%M%SZ";
+  const auto issued = issue_again(at("ca"), {"-startdate", written(now - 30 * kDay_s, kOfOpenssl), "-enddate",
+                                             written(now + 30 * kDay_s, kOfOpenssl)});
+  const std::string moved = *keys_ / "month.pem";
+  std::filesystem::copy_file(issued, moved);
+  std::filesystem::remove_all(at("ca"));
+  const auto done = signed_with({.key_file = *keys_ / "lab.key", .certificate_file = moved});
+  ASSERT_TRUE(done) << text(done.error());
+  Trust trust{.certificates_file = moved};  // the authority is valid only from now on
+  for (const int days : {-20, -2}) {
+    trust.on_day = written(now + days * kDay_s, "%Y-%m-%d");
+    EXPECT_EQ(failing(trust), std::vector<std::string>{"report.pdf"}) << *trust.on_day;
+  }
+  for (const int days : {1, 20}) {
+    trust.on_day = written(now + days * kDay_s, "%Y-%m-%d");
+    EXPECT_TRUE(failing(trust).empty()) << *trust.on_day;
+  }
+}
+
 TEST_F(Signed, RefusesSymbolicLinks) {
   const std::string elsewhere = at("../elsewhere-" + std::filesystem::path(folder_path()).filename().string());
   const auto replace_by_link = [&](const char* name) {

@@ -3,10 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <vector>
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
+#include "core/text.hpp"
+#include "report/dcc.hpp"
+#include "report/report_files.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -47,6 +52,14 @@ Result<void> compare_protocol_pages(const std::string& folder, const ProtocolKin
   return {};
 }
 
+/// Returns whether a folder has a file of a calibration report, such as one whose calibration.json is missing.
+bool has_report_file(const std::string& folder) {
+  return std::ranges::any_of(list_folder(folder), [](const std::filesystem::path& path) {
+    const std::string name = path.filename().string();
+    return name == report::kDccFile || name == report::kAuthorisationFile || name.starts_with("calibration.");
+  });
+}
+
 Result<ProtocolText> read_protocol(const std::string& folder, const ProtocolKind& kind) {
   auto json = read_text_file(json_path(folder, kind));
   if (!json) return failure(json.error());
@@ -81,8 +94,7 @@ Result<void> check_signing_options(const report::SigningKey& key) {
 
 bool has_protocol(const std::string& folder, const ProtocolKind& kind) {
   std::error_code error;
-  return std::filesystem::exists(json_path(folder, kind), error) &&
-         !std::filesystem::exists(folder + "/calibration.json", error);
+  return std::filesystem::exists(json_path(folder, kind), error) && !has_report_file(folder);
 }
 
 Result<void> sign_protocol(const std::string& folder, const ProtocolKind& kind, const report::SigningKey& key) {
@@ -102,8 +114,9 @@ Result<void> sign_protocol(const std::string& folder, const ProtocolKind& kind, 
   return replace_text_file(path, *signature);
 }
 
-Result<report::Signer> verify_protocol(const std::string& folder, const ProtocolKind& kind,
-                                       const report::Trust& trust) {
+Result<report::VerifiedReport> verify_protocol(const std::string& folder, const ProtocolKind& kind,
+                                               const report::Trust& trust) {
+  using enum report::Check::Outcome;
   auto protocol = read_protocol(folder, kind);
   if (!protocol) return failure(protocol.error());
   const auto path = signature_path(folder, kind);
@@ -111,10 +124,17 @@ Result<report::Signer> verify_protocol(const std::string& folder, const Protocol
   if (!signature) return failure(signature.error());
   if (!*signature) return failure(FaultKind::bad_file, path, "the protocol is UNSIGNED");
   auto signer = report::verify_bytes(protocol->json, **signature, json_path(folder, kind), trust);
-  if (!signer) return signer;
+  if (!signer) return failure(signer.error());
   protocol->signer = signer->subject;
   if (auto same = compare_protocol_pages(folder, kind, *protocol); !same) return failure(same.error());
-  return signer;
+  report::VerifiedReport found{.identifier = json_path(folder, kind), .signer = *signer};
+  found.checks.push_back({found.identifier, holds, "signed by " + signer->subject});
+  std::vector<std::string> names{json_path("", kind), path.substr(folder.size())};
+  for (const auto language : kProtocolLanguages) names.push_back(page_path("", kind, language));
+  for (std::string& name : names) name.erase(0, 1);
+  for (const std::string& name : report::find_unlisted_entries(folder, names, {}))
+    found.checks.push_back({plain(name), unsigned_beside, "is not part of the protocol that was signed"});
+  return found;
 }
 
 }  // namespace gyrotherm::app

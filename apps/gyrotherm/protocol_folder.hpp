@@ -8,6 +8,7 @@
 #include "apps/console/command.hpp"
 #include "core/result.hpp"
 #include "report/signature.hpp"
+#include "report/signed_report.hpp"
 #include "report/words.hpp"
 
 namespace gyrotherm::app {
@@ -34,17 +35,18 @@ void add_signing_options(CLI::App& command, report::SigningKey& key);
 /// Fails with usage if only one of --key and --certificate was given.
 [[nodiscard]] Result<void> check_signing_options(const report::SigningKey& key);
 
-/// Returns whether a folder contains a protocol of this kind and no calibration report.
+/// Returns whether a folder contains a protocol of this kind and no file of a calibration report: a report from which
+/// calibration.json was removed is not a protocol.
 [[nodiscard]] bool has_protocol(const std::string& folder, const ProtocolKind& kind);
 
 /// Signs the protocol of a folder and renders its pages again. Fails with usage if it is signed already, with bad_file
-/// if a page was changed, and like report::sign_bytes().
+/// if a page is not the one that this program renders, and like report::sign_bytes().
 [[nodiscard]] Result<void> sign_protocol(const std::string& folder, const ProtocolKind& kind,
                                          const report::SigningKey& key);
 
-/// Verifies the signature of a protocol, and that its pages are those of the protocol. Returns the signer. Fails with
-/// bad_file.
-[[nodiscard]] Result<report::Signer> verify_protocol(const std::string& folder, const ProtocolKind& kind,
-                                                     const report::Trust& trust);
+/// Verifies the signature of a protocol. Returns its signer and a check of each file; the pages and other files are not
+/// signed, so their checks never fail. Fails with bad_file if the protocol is not signed by a trusted signer.
+[[nodiscard]] Result<report::VerifiedReport> verify_protocol(const std::string& folder, const ProtocolKind& kind,
+                                                             const report::Trust& trust);
 
 }  // namespace gyrotherm::app

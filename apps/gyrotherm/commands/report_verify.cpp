@@ -100,14 +100,9 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
       if (auto usable = report::check_trusted_file(file); !usable) return failure(usable.error());
   for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
     if (!has_protocol(options.folder, kind)) continue;
-    const auto signer = verify_protocol(options.folder, kind, trust);
-    if (!signer) return failure(signer.error());
-    const report::VerifiedReport found{.identifier = fmt::format("{}.json", kind.stem),
-                                       .signer = *signer,
-                                       .checks = {{.what = options.folder,
-                                                   .outcome = Check::Outcome::holds,
-                                                   .text = fmt::format("signed by {}", signer->subject)}}};
-    console.print(console.json ? checks_json(found, true) : checks_text(found));
+    const auto protocol = verify_protocol(options.folder, kind, trust);
+    if (!protocol) return failure(protocol.error());
+    console.print(console.json ? checks_json(*protocol, true) : checks_text(*protocol));
     return Exit::done;
   }
   auto found = report::verify_report(options.folder, trust);

@@ -105,5 +105,28 @@ TEST_F(Validation, IsSignedAndVerified) {
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 0);
 }
 
+/// A report whose calibration.json was removed is not hidden by a protocol with a valid signature.
+TEST_F(Validation, DoesNotHideReportInItsFolder) {
+  const auto copy = *folder_ / "hidden";
+  std::filesystem::copy(*folder_ / "validation", copy, std::filesystem::copy_options::recursive);
+  const auto verify = "report verify " + copy + " --trusted " + (*folder_ / "lab.pem");
+  ASSERT_EQ(gyrotherm_with("report sign " + copy + " --key " + (*folder_ / "lab.key") + " --certificate " +
+                           (*folder_ / "lab.pem"))
+                .exit_code,
+            0);
+  std::ofstream(copy + "/zz.txt") << "x";
+  const auto with_other = gyrotherm_with(verify);
+  EXPECT_EQ(with_other.exit_code, 0);
+  EXPECT_NE(with_other.out.find("unsigned   zz.txt"), std::string::npos) << with_other.out;
+  for (const char* name :
+       {"dcc.xml", "authorisation.json", "calibration.pdf", "calibration.de.html", "calibration.json"}) {
+    std::ofstream(copy + "/" + name) << "{}";
+    const auto ran = gyrotherm_with(verify);
+    EXPECT_EQ(ran.exit_code, 4) << name << ran.out;
+    EXPECT_EQ(ran.out.find("validation.json: signed by"), std::string::npos) << ran.out;
+    std::filesystem::remove(copy + "/" + name);
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

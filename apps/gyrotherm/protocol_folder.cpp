@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/file.hpp"
@@ -37,19 +38,43 @@ Result<void> write_protocol_pages(const std::string& folder, const ProtocolKind&
   return {};
 }
 
-/// Fails unless the pages are those that this program renders.
+/// Returns whether a page in the folder is the one that this program renders; nothing if there is no page. Fails with
+/// bad_file if the page cannot be rendered or read.
+Result<std::optional<bool>> is_rendered_page(const std::string& folder, const ProtocolKind& kind,
+                                             const ProtocolText& protocol, report::Language language) {
+  const auto found = read_text_file_if_any(page_path(folder, kind, language));
+  if (!found) return failure(found.error());
+  if (!*found) return std::optional<bool>();
+  const auto page = kind.page(protocol, json_path(folder, kind), language);
+  if (!page) return failure(page.error());
+  return std::optional(**found == *page);
+}
+
+/// Fails if a page is not the one that this program renders. A missing page is accepted, because signing renders it.
 Result<void> compare_protocol_pages(const std::string& folder, const ProtocolKind& kind, const ProtocolText& protocol) {
   for (const auto language : kProtocolLanguages) {
-    const auto path = page_path(folder, kind, language);
-    const auto found = read_text_file(path);
-    if (!found) return failure(found.error());
-    const auto page = kind.page(protocol, json_path(folder, kind), language);
-    if (!page) return failure(page.error());
-    if (*found != *page)
-      return failure(FaultKind::bad_file, path,
-                     fmt::format("does not match {}.json; one of them was changed", kind.stem));
+    const auto same = is_rendered_page(folder, kind, protocol, language);
+    if (!same) return failure(same.error());
+    if (!same->value_or(true))
+      return failure(FaultKind::bad_file, page_path(folder, kind, language),
+                     fmt::format("is not the page that this version renders from {}.json; delete the page, and the "
+                                 "signature makes it again",
+                                 kind.stem));
   }
   return {};
+}
+
+/// Returns the check of a page. No signature covers it, so it never fails.
+report::Check check_protocol_page(const std::string& folder, const ProtocolKind& kind, const ProtocolText& protocol,
+                                  report::Language language) {
+  using enum report::Check::Outcome;
+  const std::string name = std::filesystem::path(page_path(folder, kind, language)).filename().string();
+  const auto same = is_rendered_page(folder, kind, protocol, language);
+  if (!same) return {name, unsigned_beside, text(same.error())};
+  if (!*same) return {name, not_there, "was not found; not checked"};
+  if (**same) return {name, holds, fmt::format("is the page of {}.json", kind.stem)};
+  return {name, unsigned_beside,
+          fmt::format("is not the page that this version renders; only {}.json is signed", kind.stem)};
 }
 
 /// Returns whether a folder has a file of a calibration report, such as one whose calibration.json is missing.
@@ -126,11 +151,13 @@ Result<report::VerifiedReport> verify_protocol(const std::string& folder, const 
   auto signer = report::verify_bytes(protocol->json, **signature, json_path(folder, kind), trust);
   if (!signer) return failure(signer.error());
   protocol->signer = signer->subject;
-  if (auto same = compare_protocol_pages(folder, kind, *protocol); !same) return failure(same.error());
   report::VerifiedReport found{.identifier = json_path(folder, kind), .signer = *signer};
   found.checks.push_back({found.identifier, holds, "signed by " + signer->subject});
   std::vector<std::string> names{json_path("", kind), path.substr(folder.size())};
-  for (const auto language : kProtocolLanguages) names.push_back(page_path("", kind, language));
+  for (const auto language : kProtocolLanguages) {
+    found.checks.push_back(check_protocol_page(folder, kind, *protocol, language));
+    names.push_back(page_path("", kind, language));
+  }
   for (std::string& name : names) name.erase(0, 1);
   for (const std::string& name : report::find_unlisted_entries(folder, names, {}))
     found.checks.push_back({plain(name), unsigned_beside, "is not part of the protocol that was signed"});

@@ -127,7 +127,7 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   EXPECT_EQ(checked["checks"][0]["outcome"], "holds");
   EXPECT_EQ(gyrotherm_with(sign).exit_code, 2) << "signed already";
   std::ofstream(protocol + "/proof.en.html", std::ios::app) << " ";
-  EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another page";
+  EXPECT_EQ(gyrotherm_with(verify).exit_code, 0) << "another page, which no signature covers";
   std::ofstream(protocol + "/proof.json", std::ios::app) << " ";
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another protocol";
 }

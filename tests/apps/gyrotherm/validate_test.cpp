@@ -94,7 +94,8 @@ TEST_F(Validation, IsSignedAndVerified) {
   const auto holds = gyrotherm_with(verify);
   EXPECT_EQ(holds.exit_code, 0) << holds.err;
   EXPECT_NE(holds.out.find("CN=laboratory"), std::string::npos) << holds.out;
-  for (const char* file : {"validation.json", "validation.de.html", "validation.p7s"}) {
+  EXPECT_NE(holds.out.find("validation.json: signed by"), std::string::npos) << holds.out;
+  for (const char* file : {"validation.json", "validation.p7s"}) {
     const auto sound = *read_text_file(copy + "/" + file);
     auto changed = sound;
     changed[changed.size() / 2] = changed[changed.size() / 2] == 'x' ? 'y' : 'x';
@@ -103,6 +104,29 @@ TEST_F(Validation, IsSignedAndVerified) {
     std::ofstream(copy + "/" + file) << sound;
   }
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 0);
+}
+
+/// The protocol was written and signed by a version with other pages. Only the JSON file is signed.
+TEST_F(Validation, IsVerifiedWithPagesOfAnotherVersion) {
+  const auto copy = *folder_ / "older";
+  std::filesystem::copy(*folder_ / "validation", copy, std::filesystem::copy_options::recursive);
+  std::ofstream(copy + "/validation.de.html", std::ios::app) << "<!-- older -->";
+  const auto sign =
+      "report sign " + copy + " --key " + (*folder_ / "lab.key") + " --certificate " + (*folder_ / "lab.pem");
+  const auto refused = gyrotherm_with(sign);
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("delete the page"), std::string::npos) << refused.err;
+  std::filesystem::remove(copy + "/validation.de.html");
+  ASSERT_EQ(gyrotherm_with(sign).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(copy + "/validation.de.html"));
+  std::ofstream(copy + "/validation.de.html", std::ios::app) << "<!-- older -->";
+  std::filesystem::remove(copy + "/validation.en.html");
+  const auto holds = gyrotherm_with("report verify " + copy + " --trusted " + (*folder_ / "lab.pem"));
+  EXPECT_EQ(holds.exit_code, 0) << holds.err;
+  for (const char* line :
+       {"unsigned   validation.de.html: is not the page that this version renders; only validation.json is signed",
+        "not there  validation.en.html"})
+    EXPECT_NE(holds.out.find(line), std::string::npos) << holds.out;
 }
 
 /// A report whose calibration.json was removed is not hidden by a protocol with a valid signature.

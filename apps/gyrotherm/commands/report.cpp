@@ -84,19 +84,6 @@ struct CompareArguments {
   std::vector<std::string> languages{"en"};
 };
 
-/// Fails if a report was changed after it was authorised or signed. Prints that a signature is not verified.
-Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
-  const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
-  const auto expected = report::find_expected_digest(folder);
-  if (!expected) return failure(expected.error());
-  if (filed.report.state == report::ReportState::superseded || expected->empty()) return {};
-  if (filed.sha256 != *expected)
-    return failure(FaultKind::bad_file, filed.path, "was changed after it was authorised or signed");
-  if (report::is_signed(folder).value_or(false))
-    console.print_message(filed.path + ": has the signed digest; \"report verify\" verifies the signature");
-  return {};
-}
-
 Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
   const auto before = load_calibration(options.before), now = load_calibration(options.now);
   if (!before || !now) return failure(before ? now.error() : before.error());

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/console/command.hpp"
@@ -163,6 +164,8 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path,
                    "is a draft, which was never valid; only an authorised report can be superseded");
+  for (const FiledReport* one : {&std::as_const(*filed), &*by})
+    if (auto same = check_is_unchanged(console, *one); !same) return failure(same.error());
   if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   const report::Texts reason =

@@ -22,6 +22,7 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
+#include "report/signed_report.hpp"
 /// A remark of paper.py on characters without a font or on a refused logo contains this word.
 constexpr const char* kOmission = " omitted";
 
@@ -155,6 +156,18 @@ Result<void> write_calibration(Console& console, const report::CalibrationReport
   if (!rendered) return failure(rendered.error());
   auto& files = rendered->files;
   if (report.state == report::ReportState::authorised) {
+Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
+  const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
+  const auto expected = report::find_expected_digest(folder);
+  if (!expected) return failure(expected.error());
+  if (filed.report.state == report::ReportState::superseded || expected->empty()) return {};
+  if (filed.sha256 != *expected)
+    return failure(FaultKind::bad_file, filed.path, "was changed after it was authorised or signed");
+  if (report::is_signed(folder).value_or(false))
+    console.print_message(filed.path + ": has the signed digest; \"report verify\" verifies the signature");
+  return {};
+}
+
     if (auto whole = check_is_whole(rendered->remarks, folder); !whole) return whole;
     files.insert(files.end() - 1, {report::kAuthorisationFile,
                                    to_json(make_authorisation(report, files, GYROTHERM_VERSION, sources_compared))});

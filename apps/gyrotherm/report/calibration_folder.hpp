@@ -18,6 +18,10 @@ using report::FiledReport;
 /// Reads the report in a folder, or the file itself. Fails with bad_file.
 [[nodiscard]] Result<FiledReport> load_calibration(const std::string& folder_or_file);
 
+/// Fails with bad_file if a report was changed after it was authorised or signed. Prints that a signature is not
+/// verified.
+[[nodiscard]] Result<void> check_is_unchanged(Console& console, const FiledReport& filed);
+
 /// Writes calibration.json and its views in these languages ("en", "de"), makes the folder if needed and prints the
 /// paths. For an authorised report it also writes authorisation.json, which lists the SHA-256 of all other files. Each
 /// file is replaced completely or not at all, calibration.json last: if a view cannot be made, the report keeps its

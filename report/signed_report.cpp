@@ -235,17 +235,25 @@ Result<bool> is_signed(const std::string& folder) {
   return *dcc && (*dcc)->find("<ds:Signature") != std::string::npos;
 }
 
-Result<std::string> find_expected_digest(const std::string& folder) {
+Result<std::vector<IssuedFile>> list_signed_files(const std::string& folder) {
   const std::string path = join_path(folder, kDccFile);
-  const auto dcc = read_text_file_if_any(path, kLargestTable);
+  const auto dcc = read_text_file(path, kLargestTable);
   if (!dcc) return failure(dcc.error());
+  const auto text = remove_signature(*dcc, path);
+  if (!text) return failure(text.error());
+  auto read = read_dcc(*text, path);
+  if (!read) return failure(read.error());
+  return std::move(read->files);
+}
+
+Result<std::string> find_expected_digest(const std::string& folder) {
+  const auto has_signature = is_signed(folder);
+  if (!has_signature) return failure(has_signature.error());
   std::vector<IssuedFile> files;
-  if (*dcc && (*dcc)->find("<ds:Signature") != std::string::npos) {
-    const auto text = remove_signature(**dcc, path);
-    if (!text) return failure(text.error());
-    auto read = read_dcc(*text, path);
-    if (!read) return failure(read.error());
-    files = std::move(read->files);
+  if (*has_signature) {
+    auto listed = list_signed_files(folder);
+    if (!listed) return failure(listed.error());
+    files = std::move(*listed);
   } else if (std::filesystem::exists(join_path(folder, kAuthorisationFile))) {
     auto authorised = read_authorisation(folder);
     if (!authorised) return failure(authorised.error());

@@ -55,6 +55,10 @@ using RenderFiles =
 /// Returns true if the dcc.xml of a folder contains a signature, without verifying it. Fails with storage.
 [[nodiscard]] Result<bool> is_signed(const std::string& folder);
 
+/// Returns the files that dcc.xml of a signed folder names. Does not verify the signature. Fails with bad_file or
+/// storage.
+[[nodiscard]] Result<std::vector<IssuedFile>> list_signed_files(const std::string& folder);
+
 /// Returns the SHA-256 that calibration.json must have: from dcc.xml of a signed folder, otherwise from
 /// authorisation.json; empty for a draft. Does not verify the signature. Fails with bad_file or storage.
 [[nodiscard]] Result<std::string> find_expected_digest(const std::string& folder);

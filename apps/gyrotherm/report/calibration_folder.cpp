@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <sstream>
+#include <system_error>
 #include <utility>
 
+#include "acquisition/record/chain.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
@@ -208,36 +213,70 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
   return {};
 }
 
-/// Checks that a copy has every file and the same signed certificate, before the original is overwritten.
+namespace {
+
+/// Writes the content of a file, or the entries of a folder, to the disk. Some file systems cannot sync a folder
+/// (EINVAL).
+Result<void> sync_path(const std::filesystem::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.is_open() && (::fsync(file.number()) == 0 || errno == EINVAL)) return {};
+  return failure(FaultKind::storage, path.string(), std::generic_category().message(errno));
+}
+
+/// Checks that a copy has every file of the folder, as it is or as it was signed, before the original is overwritten.
+/// The signed digest counts too, because an interrupted command may have replaced the original.
 Result<void> check_copy(const std::filesystem::path& folder, const std::filesystem::path& copy,
-                        const std::string& certificate) {
-  bool is_whole = read_text_file((copy / report::kDccFile).string(), kLargestTable) == certificate;
-  for (const std::filesystem::path& path : list_folder(folder.string()))
-    if (std::filesystem::is_regular_file(path)) is_whole = is_whole && std::filesystem::exists(copy / path.filename());
-  if (is_whole) return {};
-  return failure(FaultKind::storage, copy.string(), "is not a complete copy of the signed report; move it away");
+                        const std::vector<report::IssuedFile>& files) {
+  for (const std::filesystem::path& path : list_folder(folder)) {
+    if (!std::filesystem::is_regular_file(path)) continue;
+    const std::string name = path.filename().string();
+    const auto copied = record::file_digest((copy / name).string()), own = record::file_digest(path.string());
+    const auto listed = std::ranges::find(files, name, &report::IssuedFile::name);
+    const bool is_as_signed = copied && listed != files.end() && *copied == listed->sha256;
+    if (is_as_signed || (copied && own && *copied == *own)) continue;
+    return failure(FaultKind::storage, copy.string(), "is not a complete copy of the signed report; move it away");
+  }
+  return {};
+}
+
+/// Copies the files of a folder into an empty folder and syncs the copies.
+Result<void> copy_files(const std::string& folder, const std::filesystem::path& copy) {
+  for (const std::filesystem::path& path : list_folder(folder)) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) continue;
+    const std::filesystem::path to = copy / path.filename();
+    std::filesystem::copy_file(path, to, error);
+    if (error) return failure(FaultKind::storage, to.string(), error.message());
+    if (auto synced = sync_path(to); !synced) return synced;
+  }
+  return sync_path(copy);
 }
 
 Result<void> copy_signed_report(Console& console, const std::string& folder) {
-  const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
-  if (!certificate) return failure(certificate.error());
-  if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
+  const auto is_signed = report::is_signed(folder);
+  if (!is_signed) return failure(is_signed.error());
+  if (!*is_signed) return {};
+  const auto files = report::list_signed_files(folder);
+  if (!files) return failure(files.error());
   const std::filesystem::path kept = std::filesystem::path(folder) / report::kSignedCopyFolder,
+}  // namespace
+
                               begun = kept.string() + ".new";
   std::error_code error;
-  if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, **certificate);
+  if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, *files);
   std::filesystem::remove_all(begun, error);
-  std::filesystem::create_directory(begun, error);
-  for (const std::filesystem::path& path : list_folder(folder))
-    if (!error && std::filesystem::is_regular_file(path))
-      std::filesystem::copy_file(path, begun / path.filename(), error);
-  if (!error) std::filesystem::rename(begun, kept, error);
+  if (!std::filesystem::create_directory(begun, error))
+    return failure(FaultKind::storage, begun.string(), error.message());
+  if (auto copied = copy_files(folder, begun); !copied) return copied;
+  if (auto whole = check_copy(folder, begun, *files); !whole) return whole;
+  std::filesystem::rename(begun, kept, error);
   if (error) return failure(FaultKind::storage, kept.string(), error.message());
   console.print_message(kept.string());
   return {};
 }
 
 std::vector<std::string> languages_in(const std::string& folder) {
+  if (auto synced = sync_path(folder); !synced) return synced;
   std::vector<std::string> found;
   for (const char* language : {"en", "de"})
     if (std::filesystem::exists(folder + "/" + view_name(language, "html"))) found.emplace_back(language);

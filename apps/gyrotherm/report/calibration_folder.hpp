@@ -51,8 +51,9 @@ struct ComparedFiles {
 /// Fails with bad_file unless the folder exists. A file in its place is refused, too.
 [[nodiscard]] Result<void> check_report_folder(const std::string& folder);
 
-/// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if the report is not signed or
-/// the copy exists. Fails with bad_file or storage.
+/// Copies a signed report to FOLDER/as-signed before its folder changes. The copy is on the disk when this returns.
+/// Does nothing if the report is not signed or the copy exists. Fails with bad_file or storage, also if the copy does
+/// not have the signed files.
 [[nodiscard]] Result<void> copy_signed_report(Console& console, const std::string& folder);
 
 /// Returns the languages of the views in a folder.

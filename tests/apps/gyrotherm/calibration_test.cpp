@@ -611,9 +611,23 @@ TEST_F(CalibrationOfAUnit, KeepsSignedFilesWhenSuperseded) {
     std::ofstream(path) << sound;
   }
   EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed")));
+  const auto copy = [](const std::string& name) { return in("issued/as-signed/" + name); };
+  std::filesystem::create_directory(in("issued/as-signed"));
+  EXPECT_NE(refused().find("as-signed: is not a complete copy of the signed report"), std::string::npos);
+  for (const auto& path : list_folder(in("issued")))
+    if (std::filesystem::is_regular_file(path)) std::filesystem::copy_file(path, copy(path.filename()));
+  for (const char* name : {"calibration.csv", "calibration.de.pdf", "dcc.xml"}) {
+    const std::string sound = read_text(copy(name));
+    std::ofstream(copy(name)) << sound.substr(0, sound.size() / 2);
+    EXPECT_NE(refused().find("as-signed: is not a complete copy of the signed report"), std::string::npos) << name;
+    std::ofstream(copy(name)) << sound;
+  }
+  std::filesystem::remove_all(in("issued/as-signed"));
+  const std::string signed_pdf = read_text(in("issued/calibration.de.pdf"));
   run("report supersede " + in("issued") + " --by " + in("next"));
   EXPECT_EQ(read_report("issued").replaced_by->number, "C-8");
-  EXPECT_TRUE(std::filesystem::exists(in("issued/as-signed/dcc.xml")));
+  EXPECT_EQ(read_text(copy("calibration.de.pdf")), signed_pdf);
+  EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed.new")));
 }
 
 /// The repeatability of three starts is known only from all three together, and the model has seen each of them.

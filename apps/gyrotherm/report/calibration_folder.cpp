@@ -22,12 +22,14 @@
 #include "report/document.hpp"
 #include "report/other_program.hpp"
 #include "report/report_files.hpp"
+#include "report/signed_report.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
-#include "report/signed_report.hpp"
+/// A report has a language if it has one of these views in it: the other one may have been deleted.
+constexpr auto kViewExtensions = {"html", "pdf"};
 /// A remark of paper.py on characters without a font or on a refused logo contains this word.
 constexpr const char* kOmission = " omitted";
 
@@ -154,13 +156,6 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
       (std::filesystem::is_directory(path) ? path / report::kCalibrationFile : path).string());
 }
 
-Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
-                               const std::vector<std::string>& languages, bool sources_compared) {
-  if (auto made = make_folder(folder); !made) return made;
-  auto rendered = render_files(report, languages);
-  if (!rendered) return failure(rendered.error());
-  auto& files = rendered->files;
-  if (report.state == report::ReportState::authorised) {
 Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
   const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
   const auto expected = report::find_expected_digest(folder);
@@ -173,6 +168,13 @@ Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
   return {};
 }
 
+Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
+                               const std::vector<std::string>& languages, bool sources_compared) {
+  if (auto made = make_folder(folder); !made) return made;
+  auto rendered = render_files(report, languages);
+  if (!rendered) return failure(rendered.error());
+  auto& files = rendered->files;
+  if (report.state == report::ReportState::authorised) {
     if (auto whole = check_is_whole(rendered->remarks, folder); !whole) return whole;
     files.insert(files.end() - 1, {report::kAuthorisationFile,
                                    to_json(make_authorisation(report, files, GYROTHERM_VERSION, sources_compared))});
@@ -188,7 +190,10 @@ Result<std::vector<report::NewFile>> render_calibration(const report::Calibratio
                                                         const std::vector<std::string>& names) {
   std::vector<std::string> languages;
   for (const char* language : {"en", "de"})
-    if (std::ranges::find(names, view_name(language, "html")) != names.end()) languages.emplace_back(language);
+    if (std::ranges::any_of(kViewExtensions, [&](const char* extension) {
+          return std::ranges::find(names, view_name(language, extension)) != names.end();
+        }))
+      languages.emplace_back(language);
   auto rendered = render_files(report, languages);
   if (!rendered) return failure(rendered.error());
   if (auto whole = check_is_whole(rendered->remarks, report.number); !whole) return failure(whole.error());
@@ -252,6 +257,8 @@ Result<void> copy_files(const std::string& folder, const std::filesystem::path& 
   return sync_path(copy);
 }
 
+}  // namespace
+
 Result<void> copy_signed_report(Console& console, const std::string& folder) {
   const auto is_signed = report::is_signed(folder);
   if (!is_signed) return failure(is_signed.error());
@@ -259,8 +266,6 @@ Result<void> copy_signed_report(Console& console, const std::string& folder) {
   const auto files = report::list_signed_files(folder);
   if (!files) return failure(files.error());
   const std::filesystem::path kept = std::filesystem::path(folder) / report::kSignedCopyFolder,
-}  // namespace
-
                               begun = kept.string() + ".new";
   std::error_code error;
   if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, *files);
@@ -271,15 +276,18 @@ Result<void> copy_signed_report(Console& console, const std::string& folder) {
   if (auto whole = check_copy(folder, begun, *files); !whole) return whole;
   std::filesystem::rename(begun, kept, error);
   if (error) return failure(FaultKind::storage, kept.string(), error.message());
+  if (auto synced = sync_path(folder); !synced) return synced;
   console.print_message(kept.string());
   return {};
 }
 
 std::vector<std::string> languages_in(const std::string& folder) {
-  if (auto synced = sync_path(folder); !synced) return synced;
   std::vector<std::string> found;
   for (const char* language : {"en", "de"})
-    if (std::filesystem::exists(folder + "/" + view_name(language, "html"))) found.emplace_back(language);
+    if (std::ranges::any_of(kViewExtensions, [&](const char* extension) {
+          return std::filesystem::exists(folder + "/" + view_name(language, extension));
+        }))
+      found.emplace_back(language);
   return found;
 }
 

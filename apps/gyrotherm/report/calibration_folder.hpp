@@ -31,7 +31,7 @@ using report::FiledReport;
                                              const std::string& folder, const std::vector<std::string>& languages,
                                              bool sources_compared = false);
 
-/// Renders calibration.json and all its views again, in the languages of the pages among `names`. Fails with
+/// Renders calibration.json and all its views again, in the languages of the views among `names`. Fails with
 /// bad_file if a PDF lacks characters or the logo, and like the failing view.
 [[nodiscard]] Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
                                                                       const std::vector<std::string>& names);
@@ -56,7 +56,7 @@ struct ComparedFiles {
 /// not have the signed files.
 [[nodiscard]] Result<void> copy_signed_report(Console& console, const std::string& folder);
 
-/// Returns the languages of the views in a folder.
+/// Returns the languages of the views in a folder, pages or PDFs.
 [[nodiscard]] std::vector<std::string> languages_in(const std::string& folder);
 
 }  // namespace gyrotherm::app

@@ -623,11 +623,16 @@ TEST_F(CalibrationOfAUnit, KeepsSignedFilesWhenSuperseded) {
     std::ofstream(copy(name)) << sound;
   }
   std::filesystem::remove_all(in("issued/as-signed"));
+  std::filesystem::remove(in("issued/calibration.html"));
+  std::filesystem::remove(in("issued/calibration.de.html"));
   const std::string signed_pdf = read_text(in("issued/calibration.de.pdf"));
   run("report supersede " + in("issued") + " --by " + in("next"));
   EXPECT_EQ(read_report("issued").replaced_by->number, "C-8");
   EXPECT_EQ(read_text(copy("calibration.de.pdf")), signed_pdf);
   EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed.new")));
+  for (const char* name : {"calibration.pdf", "calibration.de.pdf"})
+    EXPECT_NE(shell("pdftotext " + in("issued") + "/" + name + " - | grep -c C-8").out, "0\n")
+        << "a PDF without its page must not remain valid: " << name;
 }
 
 /// The repeatability of three starts is known only from all three together, and the model has seen each of them.

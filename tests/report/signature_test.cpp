@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <ctime>
@@ -83,27 +82,6 @@ class Signed : public testing::Test {
       for (const Check& check : found->checks)
         if (is_failure(check.outcome)) names.push_back(check.what);
     return names;
-  }
-
-  /// Has the test authority issue a certificate for the key "lab" with other times or another digest.
-  static std::string issue_again(const std::string& folder, const std::vector<std::string>& options) {
-    std::filesystem::create_directory(folder);
-    EXPECT_TRUE(replace_text_file(folder + "/index.txt", ""));
-    EXPECT_TRUE(replace_text_file(folder + "/serial", "01\n"));
-    EXPECT_TRUE(replace_text_file(
-        folder + "/ca.cnf",
-        fmt::format("[ca]\ndefault_ca=d\n[d]\ndatabase={0}/index.txt\nnew_certs_dir={0}\nserial={0}/serial\n"
-                    "default_md=sha256\npolicy=p\n[p]\ncommonName=supplied\n[e]\n{1}",
-                    folder, kForSigning)));
-    const std::string request = folder + "/request", certificate = folder + "/again.pem";
-    run("openssl", {"req", "-new", "-key", *keys_ / "lab.key", "-out", request, "-subj", "/CN=lab"});
-    std::vector<std::string> arguments{"ca",          "-batch", "-config", folder + "/ca.cnf",
-                                       "-extensions", "e",      "-in",     request};
-    arguments.insert(arguments.end(), {"-cert", *keys_ / "ca.pem", "-keyfile", *keys_ / "ca.key", "-notext", "-out"});
-    arguments.push_back(certificate);
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    run("openssl", arguments);
-    return certificate;
   }
 
   static std::unique_ptr<Keys> keys_;
@@ -513,16 +491,10 @@ TEST_F(Signed, RefusesSignatureAfterDayOfVerification) {
   write("calibration.json", to_json(report));
   authorise();
   const std::time_t now = std::time(nullptr);
-  const auto written = [](std::time_t at, const char* form) {
-    std::tm time{};
-    ::gmtime_r(&at, &time);
-    std::array<char, 32> text{};
-    return std::string(text.data(), std::strftime(text.data(), text.size(), form, &time));
-  };
   constexpr int kDay_s = 86400;
   constexpr const char* kOfOpenssl = "%Y%m%d%H%M%SZ";
-  const auto issued = issue_again(at("ca"), {"-startdate", written(now - 30 * kDay_s, kOfOpenssl), "-enddate",
-                                             written(now + 30 * kDay_s, kOfOpenssl)});
+  const auto issued = keys_->issue_again(at("ca"), {"-startdate", utc_text(now - 30 * kDay_s, kOfOpenssl), "-enddate",
+                                                    utc_text(now + 30 * kDay_s, kOfOpenssl)});
   const std::string moved = *keys_ / "month.pem";
   std::filesystem::copy_file(issued, moved);
   std::filesystem::remove_all(at("ca"));
@@ -530,11 +502,11 @@ TEST_F(Signed, RefusesSignatureAfterDayOfVerification) {
   ASSERT_TRUE(done) << text(done.error());
   Trust trust{.certificates_file = moved};  // the authority is valid only from now on
   for (const int days : {-20, -2}) {
-    trust.on_day = written(now + days * kDay_s, "%Y-%m-%d");
+    trust.on_day = utc_text(now + days * kDay_s, "%Y-%m-%d");
     EXPECT_EQ(failing(trust), std::vector<std::string>{"report.pdf"}) << *trust.on_day;
   }
   for (const int days : {1, 20}) {
-    trust.on_day = written(now + days * kDay_s, "%Y-%m-%d");
+    trust.on_day = utc_text(now + days * kDay_s, "%Y-%m-%d");
     EXPECT_TRUE(failing(trust).empty()) << *trust.on_day;
   }
 }
@@ -621,29 +593,23 @@ TEST_F(Signed, VerifiesOnFirstAndLastDayOfCertificate) {
 
 TEST_F(Signed, VerifiesOnDayOfCertificateOfMinutes) {
   const std::time_t now = std::time(nullptr);
-  const auto written = [](std::time_t at, const char* form) {
-    std::tm time{};
-    ::gmtime_r(&at, &time);
-    std::array<char, 32> text{};
-    return std::string(text.data(), std::strftime(text.data(), text.size(), form, &time));
-  };
   constexpr const char* kOfOpenssl = "%Y%m%d%H%M%SZ";
-  const auto brief =
-      issue_again(at("ca"), {"-startdate", written(now - 60, kOfOpenssl), "-enddate", written(now + 600, kOfOpenssl)});
+  const auto brief = keys_->issue_again(
+      at("ca"), {"-startdate", utc_text(now - 60, kOfOpenssl), "-enddate", utc_text(now + 600, kOfOpenssl)});
   const std::string moved = *keys_ / "minutes.pem";
   std::filesystem::copy_file(brief, moved);
   std::filesystem::remove_all(at("ca"));
   const auto done = signed_with({.key_file = *keys_ / "lab.key", .certificate_file = moved});
   ASSERT_TRUE(done) << text(done.error());
   Trust trust = keys_->trust();
-  trust.on_day = written(now - 60, "%Y-%m-%d");
+  trust.on_day = utc_text(now - 60, "%Y-%m-%d");
   EXPECT_TRUE(verify_dcc(bytes("dcc.xml"), "dcc.xml", trust)) << *trust.on_day;
-  trust.on_day = written(now + 2 * 86400, "%Y-%m-%d");
+  trust.on_day = utc_text(now + 2 * 86400, "%Y-%m-%d");
   EXPECT_FALSE(verify_dcc(bytes("dcc.xml"), "dcc.xml", trust));
 }
 
 TEST_F(Signed, RefusesCertificateSignedWithWeakDigest) {
-  const auto weak = issue_again(at("ca"), {"-md", "sha1", "-days", "30"});
+  const auto weak = keys_->issue_again(at("ca"), {"-md", "sha1", "-days", "30"});
   const auto refused = check_signing_key({.key_file = *keys_ / "lab.key", .certificate_file = weak});
   ASSERT_FALSE(refused);
   EXPECT_EQ(
@@ -750,7 +716,7 @@ TEST_F(Signed, NamesCauseWhenPasswordIsMissing) {
 }
 
 TEST_F(Signed, RefusesExpiredCertificateBeforeItSigns) {
-  const auto expired = issue_again(at("ca"), {"-startdate", "20200101000000Z", "-enddate", "20210101000000Z"});
+  const auto expired = keys_->issue_again(at("ca"), {"-startdate", "20200101000000Z", "-enddate", "20210101000000Z"});
   const auto refused = check_signing_key({.key_file = *keys_ / "lab.key", .certificate_file = expired});
   ASSERT_FALSE(refused);
   EXPECT_EQ(text(refused.error()), expired + ": cannot be used for signing today: certificate has expired");

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <filesystem>
+
 #include "core/file.hpp"
 #include "report/other_program.hpp"
 
@@ -95,6 +98,32 @@ void Keys::issue(const std::string& name, const std::string& by, const std::vect
                                  folder_ / (name + ".pem")};
   words.insert(words.end(), more.begin(), more.end());
   run("openssl", words);
+}
+
+std::string Keys::issue_again(const std::string& folder, const std::vector<std::string>& options) const {
+  std::filesystem::create_directory(folder);
+  EXPECT_TRUE(replace_text_file(folder + "/index.txt", ""));
+  EXPECT_TRUE(replace_text_file(folder + "/serial", "01\n"));
+  EXPECT_TRUE(replace_text_file(
+      folder + "/ca.cnf",
+      fmt::format("[ca]\ndefault_ca=d\n[d]\ndatabase={0}/index.txt\nnew_certs_dir={0}\nserial={0}/serial\n"
+                  "default_md=sha256\npolicy=p\n[p]\ncommonName=supplied\n[e]\n{1}",
+                  folder, kForSigning)));
+  const std::string request = folder + "/request", certificate = folder + "/again.pem";
+  run("openssl", {"req", "-new", "-key", *this / "lab.key", "-out", request, "-subj", "/CN=lab"});
+  std::vector<std::string> arguments{"ca", "-batch", "-config", folder + "/ca.cnf", "-extensions", "e", "-in", request};
+  arguments.insert(arguments.end(), {"-cert", *this / "ca.pem", "-keyfile", *this / "ca.key", "-notext", "-out"});
+  arguments.push_back(certificate);
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  run("openssl", arguments);
+  return certificate;
+}
+
+std::string utc_text(std::time_t at, const char* form) {
+  std::tm time{};
+  ::gmtime_r(&at, &time);
+  std::array<char, 32> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), form, &time)};
 }
 
 }  // namespace gyrotherm::report

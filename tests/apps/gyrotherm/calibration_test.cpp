@@ -580,61 +580,6 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
   EXPECT_FALSE(std::filesystem::exists(in("first/as-signed"))) << "was not signed";
 }
 
-/// Makes, authorises and signs a report of two languages, and authorises the report that replaces it.
-TEST_F(CalibrationOfAUnit, KeepsSignedFilesWhenSuperseded) {
-  const auto reported = [](const std::string& name, const std::string& number, const std::string& more) {
-    std::string order = kOrder;
-    order.replace(order.find("C-1"), 3, number);
-    std::ofstream(in(name + ".toml")) << order << more;
-    run("report " + in("random.db") + " --model " + in("model.json") + files(name + ".toml") +
-        " --language en,de --out " + in(name));
-    run("report authorise " + in(name) + " --by 'B. Berg'");
-  };
-  reported("issued", "C-7", "");
-  reported("next", "C-8", "[replaces]\nnumber = \"C-7\"\nreason = \"a year\"\n");
-  ASSERT_EQ(shell("openssl req -x509 -newkey rsa:2048 -nodes -keyout " + in("lab.key") + " -out " + in("lab.pem") +
-                  " -days 30 -subj /CN=Lab -addext basicConstraints=critical,CA:FALSE "
-                  "-addext keyUsage=critical,digitalSignature")
-                .exit_code,
-            0);
-  run("report sign " + in("issued") + " --key " + in("lab.key") + " --certificate " + in("lab.pem"));
-  const auto refused = [] {
-    const auto ran = gyrotherm_with("report supersede " + in("issued") + " --by " + in("next"));
-    EXPECT_NE(ran.exit_code, 0);
-    EXPECT_EQ(read_report("issued").state, report::ReportState::authorised);
-    return ran.err;
-  };
-  for (const char* name : {"issued", "next"}) {
-    const std::string path = in(name) + "/calibration.json", sound = read_text(path);
-    std::ofstream(path, std::ios::app) << "\n";
-    EXPECT_NE(refused().find("calibration.json: was changed after it was authorised or signed"), std::string::npos);
-    std::ofstream(path) << sound;
-  }
-  EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed")));
-  const auto copy = [](const std::string& name) { return in("issued/as-signed/" + name); };
-  std::filesystem::create_directory(in("issued/as-signed"));
-  EXPECT_NE(refused().find("as-signed: is not a complete copy of the signed report"), std::string::npos);
-  for (const auto& path : list_folder(in("issued")))
-    if (std::filesystem::is_regular_file(path)) std::filesystem::copy_file(path, copy(path.filename()));
-  for (const char* name : {"calibration.csv", "calibration.de.pdf", "dcc.xml"}) {
-    const std::string sound = read_text(copy(name));
-    std::ofstream(copy(name)) << sound.substr(0, sound.size() / 2);
-    EXPECT_NE(refused().find("as-signed: is not a complete copy of the signed report"), std::string::npos) << name;
-    std::ofstream(copy(name)) << sound;
-  }
-  std::filesystem::remove_all(in("issued/as-signed"));
-  std::filesystem::remove(in("issued/calibration.html"));
-  std::filesystem::remove(in("issued/calibration.de.html"));
-  const std::string signed_pdf = read_text(in("issued/calibration.de.pdf"));
-  run("report supersede " + in("issued") + " --by " + in("next"));
-  EXPECT_EQ(read_report("issued").replaced_by->number, "C-8");
-  EXPECT_EQ(read_text(copy("calibration.de.pdf")), signed_pdf);
-  EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed.new")));
-  for (const char* name : {"calibration.pdf", "calibration.de.pdf"})
-    EXPECT_NE(shell("pdftotext " + in("issued") + "/" + name + " - | grep -c C-8").out, "0\n")
-        << "a PDF without its page must not remain valid: " << name;
-}
-
 /// The repeatability of three starts is known only from all three together, and the model has seen each of them.
 TEST_F(CalibrationOfAUnit, IsDraftWhenModelHasSeenAllStarts) {
   std::string records;

@@ -326,5 +326,62 @@ TEST_F(Signing, RequiresTrustedCertificate) {
   EXPECT_EQ(gyrotherm_with("report").exit_code, 2);
 }
 
+/// The report has views in two languages, and an authorised report that replaces it.
+TEST_F(Signing, KeepsSignedFilesOfSupersededReport) {
+  const auto in = [](const std::string& name) { return *folder_ / name; };
+  const auto read = [&](const std::string& name) { return read_text_file(in(name), kLargestTable).value_or(""); };
+  report::CalibrationReport next = report_on(*folder_);
+  next.number = "C-2";
+  next.replaces = report::OtherReport{"C-1", "", {"a year", "ein Jahr"}};
+  for (const auto& [name, made] : {std::pair{"issued", report_on(*folder_)}, {"next", next}}) {
+    std::filesystem::create_directory(in(name));
+    for (const char* file : {"/calibration.html", "/calibration.de.html"})
+      std::ofstream(in(name) + file) << "a view in this language is rendered";
+    std::ofstream(in(name) + "/calibration.json") << to_json(made);
+    const auto done = gyrotherm_with("report authorise " + in(name) +
+                                     " --by 'B. Berg' --without-sources --laboratory " + in("laboratory.toml"));
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+  }
+  const auto done =
+      gyrotherm_with("report sign " + in("issued") + " --key " + in("lab.key") + " --certificate " + in("lab.pem"));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string supersede = "report supersede " + in("issued") + " --by " + in("next");
+  const auto refused = [&] {
+    const auto ran = gyrotherm_with(supersede);
+    EXPECT_NE(ran.exit_code, 0);
+    EXPECT_EQ(read("issued/calibration.json").find("C-2"), std::string::npos);
+    return ran.err;
+  };
+  for (const std::string name : {"issued", "next"}) {
+    const std::string sound = read(name + "/calibration.json");
+    std::ofstream(in(name + "/calibration.json"), std::ios::app) << "\n";
+    EXPECT_NE(refused().find("calibration.json: was changed after it was authorised or signed"), std::string::npos);
+    std::ofstream(in(name + "/calibration.json")) << sound;
+  }
+  EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed")));
+  const std::string incomplete = "as-signed: is not a complete copy of the signed report";
+  std::filesystem::create_directory(in("issued/as-signed"));
+  EXPECT_NE(refused().find(incomplete), std::string::npos);
+  for (const auto& path : list_folder(in("issued")))
+    if (std::filesystem::is_regular_file(path))
+      std::filesystem::copy_file(path, in("issued/as-signed/" + path.filename().string()));
+  for (const std::string name : {"calibration.csv", "calibration.de.pdf", "dcc.xml"}) {
+    const std::string copy = "issued/as-signed/" + name, sound = read(copy);
+    std::ofstream(in(copy)) << sound.substr(0, sound.size() / 2);
+    EXPECT_NE(refused().find(incomplete), std::string::npos) << name;
+    std::ofstream(in(copy)) << sound;
+  }
+  std::filesystem::remove_all(in("issued/as-signed"));
+  for (const char* page : {"issued/calibration.html", "issued/calibration.de.html"}) std::filesystem::remove(in(page));
+  const std::string signed_pdf = read("issued/calibration.de.pdf");
+  const auto marked = gyrotherm_with(supersede);
+  ASSERT_EQ(marked.exit_code, 0) << marked.err;
+  EXPECT_EQ(read("issued/as-signed/calibration.de.pdf"), signed_pdf);
+  EXPECT_FALSE(std::filesystem::exists(in("issued/as-signed.new")));
+  for (const char* name : {"calibration.pdf", "calibration.de.pdf"})
+    EXPECT_NE(shell("pdftotext " + in("issued/") + name + " - | grep -c C-2").out, "0\n")
+        << "a PDF without its page must not remain valid: " << name;
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -60,7 +60,7 @@ TEST(Placeholders, FindsUnfinishedTextInEachKey) {
 TEST(Placeholders, AreFoundInEquipmentAndDeviations) {
   CalibrationReport report;
   report.equipment = {{.role = "thermometer", .name = "Logger 7", .serial_number = "xxx", .certificate = "TBD"},
-                      {.role = "thermometer", .channel = "A", .name = "...", .certificate = "see TODO list"},
+                      {.role = "thermometer", .channel = "A", .name = "...", .certificate = "see tbd list"},
                       {.role = "chamber", .name = "TBD"},
                       {.role = "reference", .name = "Table", .certificate = "L-17", .names = {"Table", "Tisch …"}}};
   report.deviations = {{.kind = "note", .text = "TBD"},

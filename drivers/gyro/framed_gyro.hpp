@@ -97,7 +97,7 @@ struct GyroCommands {
 /// - corrupted, without lost frames, if a frame arrived twice, the sequence went backwards, or the device's time jumped
 ///   by more than a second ahead of the host's.
 /// - out_of_range, if the gyro marked frames as bad. The next read counts from the newest frame. If that frame is bad
-///   and contains a count or an angle, the next read fails with corrupted and takes a new origin.
+///   and contains a count or an angle, the next read has no frame to count from.
 /// - mismatch, if the sequence is the clock and the frame rate differs from the nominal one (FramePace), if the steps
 /// of
 ///   the sequence or of the device's time are constant but differ from the described ones (StepWatch), or if the

@@ -121,7 +121,7 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 0) << gyrotherm_with(verify).err;
   const auto checked = nlohmann::json::parse(gyrotherm_with(verify + " --json").out);
-  EXPECT_EQ(checked["report"], "proof.json");
+  EXPECT_EQ(checked["report"], protocol + "/proof.json");
   EXPECT_EQ(checked["holds"], true);
   EXPECT_EQ(checked["signer"]["subject"], "CN=Lab");
   EXPECT_EQ(checked["checks"][0]["outcome"], "holds");

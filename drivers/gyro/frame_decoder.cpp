@@ -114,7 +114,7 @@ void store_field(const FrameField& field, const RawValue& raw, double value, Gyr
     case FieldRole::increment:
     case FieldRole::rate:
     case FieldRole::integrated_angle: store_gyro(field, raw, value, frame); break;
-    case FieldRole::sequence: frame.sequence = static_cast<std::uint32_t>(raw.whole); break;
+    case FieldRole::sequence: frame.sequence = sequence_number(field, raw); break;
     case FieldRole::timestamp: frame.timestamp = timestamp_counts(field, raw); break;
     case FieldRole::status: apply_status(field, status_bits(raw), frame); break;
     case FieldRole::temperature:
@@ -136,7 +136,7 @@ std::optional<RawValue> find_raw(const FrameField& field, const FrameView& view)
 std::optional<std::uint32_t> find_sequence(const FrameFormat& format, const FrameView& view) {
   for (const auto& field : format.fields)
     if (field.role == FieldRole::sequence)
-      if (const auto raw = find_raw(field, view)) return static_cast<std::uint32_t>(raw->whole);
+      if (const auto raw = find_raw(field, view)) return sequence_number(field, *raw);
   return std::nullopt;
 }
 

@@ -91,7 +91,9 @@ class LineWriter {
     const RawValue present{.whole = static_cast<std::int64_t>(whole >> field.low_bit)};
     const auto raw = field.role == FieldRole::status ? status_value(field, present, frame) : raw_value(field, frame);
     whole = replace_slice(field, whole, raw);
-    words_[position] = is_hexadecimal ? fmt::format("{:08x}", whole) : print_token(field, raw);
+    words_[position] = is_hexadecimal                     ? fmt::format("{:08x}", whole)
+                       : field.type == FieldType::integer ? fmt::format("{}", static_cast<std::int64_t>(whole))
+                                                          : print_token(field, raw);
   }
   [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
 

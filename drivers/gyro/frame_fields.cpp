@@ -160,6 +160,10 @@ std::string print_token(const FrameField& field, const RawValue& raw) {
   return field.type == FieldType::integer ? fmt::format("{}", raw.whole) : fmt::format("{:.9f}", raw.real);
 }
 
+std::uint32_t sequence_number(const FrameField& field, const RawValue& raw) {
+  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(raw.whole) & low_mask(field.bits));
+}
+
 std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw) {
   const auto mask = low_mask(field.bits) << field.low_bit;
   whole = (whole & ~mask) | (static_cast<std::uint64_t>(raw.whole) << field.low_bit & mask);

@@ -168,6 +168,8 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
 /// Parses a token. Returns nothing unless the whole token is a number of the field's type that fits in 64 bits.
 [[nodiscard]] std::optional<RawValue> parse_token(const FrameField& field, std::string_view word);
 [[nodiscard]] std::string print_token(const FrameField& field, const RawValue& raw);
+/// Returns the sequence of a frame without a sign, whatever the type of its field.
+[[nodiscard]] std::uint32_t sequence_number(const FrameField& field, const RawValue& raw);
 /// Returns the integer `whole` with the slice and the bits of `when_mask` replaced, as in write_raw().
 [[nodiscard]] std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 

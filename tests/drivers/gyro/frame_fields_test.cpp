@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <string>
 
 #include "drivers/gyro/frame_format.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -81,6 +83,68 @@ TEST(FrameField, RejectsIncompleteTokens) {
   field = {.type = FieldType::signed_hexadecimal, .low_bit = 8, .bits = 8};
   EXPECT_EQ(parse_token(field, "0080EC03").value().whole, -20);
   EXPECT_FALSE(parse_token(field, "0080ECG3"));
+}
+
+TEST(FrameField, TakesSliceOfDecimalWord) {
+  const FrameField middle{.type = FieldType::integer, .low_bit = 4, .bits = 8};
+  EXPECT_EQ(parse_token(middle, "2035").value().whole, 0x7F);
+  EXPECT_EQ(parse_token(middle, "4080").value().whole, -1) << "the sign is that of the slice";
+  const FrameField counter{.type = FieldType::integer, .bits = 16};
+  for (const auto* number : {"0", "32767", "32768", "40000", "65535"})
+    EXPECT_EQ(sequence_number(counter, parse_token(counter, number).value()), std::stoul(number));
+}
+
+/// Slices of one decimal word are combined, as the decoder takes them apart.
+TEST(FrameField, WritesSlicesOfDecimalWord) {
+  const auto format = parse_gyro_stream(R"(schema = "gyrotherm-gyro-stream/1"
+name = "f"
+vendor = "v"
+source = "s"
+confidence = "secondary"
+[port]
+baud = 38400
+[frame]
+name = "f"
+rate_hz = 100
+[frame.line]
+starts_with = "S"
+terminator = "\n"
+separators = ","
+merges = false
+words = 3
+longest = 60
+[[frame.field]]
+role = "rate"
+type = "decimal"
+word = 1
+unit = "deg/h"
+[[frame.field]]
+role = "sequence"
+word = 2
+type = "integer"
+bit = 4
+bits = 16
+[[frame.field]]
+role = "status"
+word = 2
+type = "integer"
+bit = 0
+bits = 1
+good = 0
+)",
+                                        "f.toml");
+  ASSERT_TRUE(format) << text(format.error());
+  for (const std::uint32_t sequence : {5u, 32768u, 65535u})
+    for (const bool good : {true, false}) {
+      const auto line = encode_frame(format->frame, {.axes = {{.value = 1.0}}, .sequence = sequence, .good = good});
+      FrameDecoder decoder(format->frame);
+      decoder.feed(line);
+      decoder.feed(line);
+      const auto* frame = decoder.take();
+      ASSERT_TRUE(frame) << sequence;
+      EXPECT_EQ(frame->sequence, sequence);
+      EXPECT_EQ(frame->good, good);
+    }
 }
 
 FrameCheck check_of(const std::string& keys) {

@@ -16,11 +16,12 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr Duration kConnectRelayWithin = std::chrono::seconds(2);
+constexpr Duration kConnectRelayWithin = std::chrono::seconds(1);
 constexpr Duration kRelayAnswerWithin = std::chrono::seconds(1);
 constexpr Duration kRelayPause = std::chrono::milliseconds(100);
 constexpr int kRelayReadings = 20;
 constexpr Duration kSwitchRelayWithin = std::chrono::seconds(3);
+constexpr Duration kLongestRelayPause = std::chrono::milliseconds(500);
 constexpr Duration kShortestAfter = std::chrono::seconds(2), kLongestAfter = std::chrono::minutes(10);
 constexpr const char* kRtuOverTcp = "rtu_over_tcp";
 
@@ -132,6 +133,10 @@ void check_link(const TomlTable& table, const std::optional<Line>& line, const R
   const bool is_text = settings.kind == RelayKind::text;
   const auto fits = is_text ? check_text_settings(settings.link) : check_framing(modbus, settings.link);
   if (!fits) table.note_error(fits.error().where.c_str(), fits.error().what);
+  for (const auto& [key, pause] :
+       {std::pair("after_write", settings.link.after_write), std::pair("after_read", settings.link.after_read)})
+    if (pause.value_or(Duration{}) > kLongestRelayPause)
+      table.note_error(key, "is longer than 0.5 s; a relay is read back in two seconds");
   if (is_text && settings.link.unit) table.note_error("unit", "a relay with text commands has no unit number");
 }
 
@@ -193,7 +198,7 @@ Result<void> switch_relay(SafetyRelay& relay, RelayPosition position, const std:
   Result<void> commanded = relay.command(position);
   Result<RelayPosition> shown = relay.read();
   const Deadline end(kSwitchRelayWithin);
-  for (int i = 1; i < kRelayReadings && !end.has_passed() && !(shown && *shown == position); ++i) {
+  for (int i = 1; i < kRelayReadings && (i == 1 || !end.has_passed()) && !(shown && *shown == position); ++i) {
     wait(kRelayPause);
     if (!commanded) commanded = relay.command(position);
     shown = relay.read();

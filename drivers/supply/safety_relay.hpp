@@ -65,7 +65,7 @@ class SafetyRelay {
 /// Makes the driver of a relay on its line, which opens at first use.
 [[nodiscard]] std::unique_ptr<SafetyRelay> make_safety_relay(const RelaySettings& settings);
 
-/// Commands a position and reads it back for up to two seconds, or until it has not answered for three seconds. Repeats
+/// Commands a position and reads it back for up to two seconds, or three seconds if it does not answer. Repeats
 /// a command that failed. `wait` lets time pass. Fails with mismatch if the relay keeps the other position, and
 /// otherwise with the last fault.
 [[nodiscard]] Result<void> switch_relay(SafetyRelay& relay, RelayPosition position,

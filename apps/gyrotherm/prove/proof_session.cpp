@@ -153,7 +153,9 @@ class ProofSession {
     if (!plan) return not_tested(ProofTest::limiter, text(plan.error()));
     const prove::GuardedHeating guarded{.begin = [this]() -> Result<void> {
                                           if (auto locked = lock_chamber("limiter"); !locked) return locked;
-                                          return ownership_->arm(proof_.chamber, settings_);
+                                          auto armed = ownership_->arm(proof_.chamber, settings_);
+                                          has_heated_ = has_heated_ || armed.has_value();
+                                          return armed;
                                         },
                                         .end = [this] { ownership_->release(); }};
     return prove::prove_limiter(*plan, guarded, environment_);
@@ -208,7 +210,8 @@ class ProofSession {
 
   /// Returns whether a test has sent a set point.
   [[nodiscard]] bool has_commanded() const {
-    return std::ranges::any_of(proof_.results, [](const ProofResult& result) {
+    return std::ranges::any_of(proof_.results, [this](const ProofResult& result) {
+      if (result.test == ProofTest::limiter) return has_heated_;
       return moves_chamber(result.test) && result.test != ProofTest::relay &&
              result.verdict != ProofVerdict::not_tested;
     });
@@ -250,6 +253,8 @@ class ProofSession {
   std::optional<prove::ChamberSnapshot> found_;
   drivers::ControllerSettings settings_;
   std::optional<run::ChamberOwnership> ownership_;
+  /// The test of the limiter has begun to drive the chamber.
+  bool has_heated_ = false;
 };
 
 }  // namespace

@@ -703,10 +703,23 @@ Conformity row_without_result(const AppliedLimit& of, const std::string& axis, S
   return none;
 }
 
+/// Returns true if the limit concerns a noise term that the evaluated noise of this axis and stage does not show. Such
+/// a term is too small to be seen; its evidence is not missing.
+bool is_unseen_noise(const CalibrationReport& report, const AppliedLimit& of, const std::string& axis, Stage stage) {
+  const auto is_noise = [](const ResultTable& table) { return table.group == Group::random_drift && !table.in_sample; };
+  return std::ranges::any_of(report.results,
+                             [&](const ResultTable& table) { return is_noise(table) && table.key == of.key; }) &&
+         std::ranges::any_of(report.results, [&](const ResultTable& table) {
+           return is_noise(table) && table.axis == axis && table.stage == stage;
+         });
+}
+
 /// Returns true if a result of this axis and stage cannot be compared with the limit: it exists only on records to
-/// which the model was fitted, or the quantity exists only with a model.
+/// which the model was fitted, the quantity exists only with a model, the axis has no earlier model, or the result is a
+/// noise term that is not seen.
 bool is_excluded(const CalibrationReport& report, const AppliedLimit& of, const std::string& axis, Stage stage) {
   if (stage == Stage::uncompensated && of.key == "compensated_mean") return true;
+  if (is_unseen_noise(report, of, axis, stage)) return true;
   bool has_any = false, has_unseen = false, has_in_sample = false;
   for (const ResultTable& table : report.results) {
     if (table.axis != axis || table.stage != stage) continue;
@@ -715,7 +728,7 @@ bool is_excluded(const CalibrationReport& report, const AppliedLimit& of, const 
     has_in_sample =
         has_in_sample || (table.in_sample && table.key == of.key && find_column(table, of.quantity) != nullptr);
   }
-  return has_in_sample || (has_any && !has_unseen);
+  return has_in_sample || (has_any && !has_unseen) || (stage == Stage::as_found && !has_any);
 }
 
 /// Adds a row without a verdict for each axis and stage to which the limit applies, but that has no result.

@@ -659,6 +659,29 @@ TEST(Order, GivesAxisWithoutResultOwnRow) {
   EXPECT_EQ(rows_of(report, "whole_run.rmse", as_left), Rows{"u1.x as_left pass °/h"}) << "in-sample";
   report.results.push_back(table("u1.y", as_left, "whole_run", "std"));
   EXPECT_EQ(rows_of(report, "whole_run.std", as_left), (Rows{"u1.y as_left pass °/h", "u1.x as_left not_known °/h"}));
+  report.results.push_back(table("u1.x", as_found, "whole_run", "std"));
+  EXPECT_EQ(rows_of(report, "whole_run.std", as_found), (Rows{"u1.x as_found pass °/h"})) << "y has no earlier model";
+}
+
+TEST(Order, GivesNoRowToNoiseThatIsTooSmallToBeSeen) {
+  CalibrationReport report;
+  report.item.axes = {"x", "y", "z"};
+  const auto add = [&](const char* axis, const char* key) {
+    report.results.push_back({.key = key,
+                              .axis = axis,
+                              .stage = Stage::as_left,
+                              .group = Group::random_drift,
+                              .columns = {{key, "°/h", {value_with_uncertainty(1, 0.1, 9)}}}});
+  };
+  add("x", "rate_ramp");
+  add("y", "bias_instability");
+  apply_limits(report, {{.quantity = "rate_ramp.rate_ramp", .stage = Stage::as_left, .at_most = 9}},
+               DecisionRule::simple);
+  ASSERT_EQ(report.conformity.size(), 2u);
+  EXPECT_EQ(report.conformity[0].axis, "x");
+  EXPECT_EQ(report.conformity[0].verdict, Verdict::pass);
+  EXPECT_EQ(report.conformity[1].axis, "z") << "its noise was not evaluated";
+  EXPECT_EQ(report.conformity[1].verdict, Verdict::not_known);
 }
 
 TEST(Order, RequiresDaysInOrder) {

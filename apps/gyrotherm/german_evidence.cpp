@@ -139,7 +139,7 @@ constexpr Phrase kPhrases[] = {
     {"it is left at the safe set point of ", "sie bleibt auf dem sicheren Sollwert von "},
     {"the chamber's limits of ", "die Grenzen der Kammer von "},
     {" leave no set point that differs visibly from the safe one of ",
-     " lassen keinen Sollwert zu, der sich sichtbar vom sicheren unterscheidet: "},
+     " lassen keinen Sollwert mit sichtbarem Abstand zu vom sicheren Sollwert "},
     {" K is needed", " K sind nötig"},
     {" before it drove the chamber", ", bevor es die Kammer fuhr"},
     {"did not drive the chamber in ", "fuhr die Kammer nicht in "},

@@ -667,10 +667,10 @@ TEST(Order, GivesNoRowToNoiseThatIsTooSmallToBeSeen) {
   CalibrationReport report;
   report.item.axes = {"x", "y", "z"};
   const auto add = [&](const char* axis, const char* key) {
-    report.results.push_back({.key = key,
+    report.results.push_back({.group = Group::random_drift,
+                              .key = key,
                               .axis = axis,
                               .stage = Stage::as_left,
-                              .group = Group::random_drift,
                               .columns = {{key, "°/h", {value_with_uncertainty(1, 0.1, 9)}}}});
   };
   add("x", "rate_ramp");

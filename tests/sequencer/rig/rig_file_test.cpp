@@ -253,6 +253,7 @@ TEST(RigFile, RefusesLinkSettingsWithoutEffectOfRelay) {
   EXPECT_NE(refused(coil, "echo = true").find("has no echo"), std::string::npos);
   EXPECT_NE(refused(coil, "after_read = \"20 ms\"").find("lines of text only"), std::string::npos);
   EXPECT_NE(refused(lines, "unit = 2").find("no unit number"), std::string::npos);
+  EXPECT_NE(refused(lines, "after_write = \"8 s\"").find("longer than 0.5 s"), std::string::npos);
   EXPECT_NE(refused(lines, "read_at_most = 2").find("applies to Modbus only"), std::string::npos);
 }
 

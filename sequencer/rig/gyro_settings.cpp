@@ -111,17 +111,6 @@ record::AxisInfo read_axis(const AxisTable& axis, const TomlTable& unit, const s
   return info;
 }
 
-std::vector<std::string> read_channel_names(const TomlTable& table, const char* key,
-                                            const std::vector<std::string>& channels) {
-  auto names = table.texts(key);
-  for (auto name = names.begin(); name != names.end(); ++name)
-    if (std::ranges::count(channels, *name) == 0)
-      table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", *name));
-    else if (std::find(names.begin(), name, *name) != name)
-      table.note_error(key, fmt::format("\"{}\" is listed twice", *name));
-  return names;
-}
-
 /// Returns the serial number without surrounding blanks; empty if the file leaves it to the start of the run.
 std::string check_serial_number(const TomlTable& table, const std::string& text) {
   if (text.empty()) return {};
@@ -357,6 +346,18 @@ class Reader {
 };
 
 }  // namespace
+
+std::vector<std::string> read_channel_names(const TomlTable& table, const char* key,
+                                            const std::vector<std::string>& channels) {
+  auto names = table.texts(key);
+  if (channels.empty()) return names;
+  for (auto name = names.begin(); name != names.end(); ++name)
+    if (std::ranges::count(channels, *name) == 0)
+      table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", *name));
+    else if (std::find(names.begin(), name, *name) != name)
+      table.note_error(key, fmt::format("\"{}\" is listed twice", *name));
+  return names;
+}
 
 std::string line_title(const GyroLine& line, const std::vector<UnitSettings>& units) {
   std::string names;

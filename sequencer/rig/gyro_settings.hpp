@@ -64,6 +64,11 @@ struct GyroLine {
 [[nodiscard]] Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
                                                  const std::string& identity);
 
+/// Reads a list of thermometer channels. Notes an error for a name that is not in `channels` or is listed twice, unless
+/// `channels` is empty, which is an error already.
+[[nodiscard]] std::vector<std::string> read_channel_names(const TomlTable& table, const char* key,
+                                                          const std::vector<std::string>& channels);
+
 struct GyroSettings {
   std::vector<UnitSettings> units;
   std::vector<GyroLine> lines;

@@ -154,17 +154,8 @@ std::optional<drivers::LinkKind> read_word_order_and_framing(const TomlTable& ch
 
 /// Applies [analysis] to the units without their own thermometers.
 void read_analysis(const TomlTable& table, const std::vector<std::string>& channels, std::vector<UnitSettings>& units) {
-  const auto gradients = table.texts("gradients"), three_point = table.texts("three_point");
-  const auto check = [&](const char* key, const std::vector<std::string>& names) {
-    if (channels.empty()) return;  // an error already
-    for (auto name = names.begin(); name != names.end(); ++name)
-      if (std::ranges::count(channels, *name) == 0)
-        table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", *name));
-      else if (std::find(names.begin(), name, *name) != name)
-        table.note_error(key, fmt::format("\"{}\" is listed twice", *name));
-  };
-  check("gradients", gradients);
-  check("three_point", three_point);
+  const auto gradients = read_channel_names(table, "gradients", channels);
+  const auto three_point = read_channel_names(table, "three_point", channels);
   const bool is_required = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
   if ((is_required || table.has("gradients")) && gradients.size() < 2)
     table.note_error("gradients", "expected at least two thermometers");

@@ -11,7 +11,7 @@
 #include "core/file.hpp"
 #include "core/shipped.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
-#include "drivers/line/byte_streams.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {
@@ -212,10 +212,7 @@ std::string describe(const SupplySettings& supply, const std::vector<UnitSetting
 
 std::unique_ptr<drivers::PowerSupply> make_supply(const SupplySettings& settings, const std::string& place,
                                                   const drivers::Line& line) {
-  const auto& link = settings.description.unit.link.modbus;
-  auto stream = make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
-  if (link.echo)
-    stream = drivers::make_echo_stream(std::move(stream), nullptr, settings.description.unit.link.text.longest_answer);
+  auto stream = drivers::make_text_stream(line, settings.description.unit);
   return drivers::make_text_supply(settings.description, output_settings(settings), std::move(stream), place);
 }
 

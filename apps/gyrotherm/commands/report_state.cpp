@@ -151,17 +151,6 @@ Result<void> check_may_replace(const FiledReport& by, const FiledReport& filed) 
   return check_names_replaced(by, filed);
 }
 
-/// Fails if neither a signature nor authorisation.json states the SHA-256 of a report that was authorised.
-Result<void> check_has_digest(const FiledReport& filed) {
-  const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
-  const auto digest = report::find_expected_digest(folder);
-  if (!digest) return failure(digest.error());
-  if (!digest->empty()) return {};
-  return failure(FaultKind::bad_file, filed.path,
-                 fmt::format("is authorised, but {} is missing, so nobody can tell whether it was changed",
-                             report::kAuthorisationFile));
-}
-
 Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
   auto filed = load_calibration(options.folder);
@@ -175,10 +164,8 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path,
                    "is a draft, which was never valid; only an authorised report can be superseded");
-  for (const FiledReport* one : {&std::as_const(*filed), &*by}) {
-    if (auto evidence = check_has_digest(*one); !evidence) return failure(evidence.error());
-    if (auto same = check_is_unchanged(console, *one); !same) return failure(same.error());
-  }
+  for (const FiledReport* one : {&std::as_const(*filed), &*by})
+    if (auto same = check_is_unchanged(console, *one, WithoutDigest::refused); !same) return failure(same.error());
   if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   const report::Texts reason =

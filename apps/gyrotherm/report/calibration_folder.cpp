@@ -156,10 +156,14 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
       (std::filesystem::is_directory(path) ? path / report::kCalibrationFile : path).string());
 }
 
-Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
+Result<void> check_is_unchanged(Console& console, const FiledReport& filed, WithoutDigest without_digest) {
   const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
   const auto expected = report::find_expected_digest(folder);
   if (!expected) return failure(expected.error());
+  if (expected->empty() && without_digest == WithoutDigest::refused)
+    return failure(FaultKind::bad_file, filed.path,
+                   fmt::format("is authorised, but {} is missing, so nobody can tell whether it was changed",
+                               report::kAuthorisationFile));
   if (filed.report.state == report::ReportState::superseded || expected->empty()) return {};
   if (filed.sha256 != *expected)
     return failure(FaultKind::bad_file, filed.path, "was changed after it was authorised or signed");

@@ -18,9 +18,11 @@ using report::FiledReport;
 /// Reads the report in a folder, or the file itself. Fails with bad_file.
 [[nodiscard]] Result<FiledReport> load_calibration(const std::string& folder_or_file);
 
+/// Treatment of a report without a signature and without authorisation.json, such as a draft or a copied file.
+enum class WithoutDigest { accepted, refused };
 /// Fails with bad_file if a report was changed after it was authorised or signed. Prints that a signature is not
 /// verified.
-[[nodiscard]] Result<void> check_is_unchanged(Console& console, const FiledReport& filed);
+[[nodiscard]] Result<void> check_is_unchanged(Console& console, const FiledReport& filed, WithoutDigest without_digest);
 
 /// Writes calibration.json and its views in these languages ("en", "de"), makes the folder if needed and prints the
 /// paths. For an authorised report it also writes authorisation.json, which lists the SHA-256 of all other files. Each

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "drivers/gyro/frame_format.hpp"
-#include "drivers/gyro/framed_gyro.hpp"
+#include "tests/drivers/gyro/decimal_lines.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -96,29 +96,7 @@ TEST(FrameField, TakesSliceOfDecimalWord) {
 
 /// Slices of one decimal word are combined, as the decoder takes them apart.
 TEST(FrameField, WritesSlicesOfDecimalWord) {
-  const auto format = parse_gyro_stream(R"(schema = "gyrotherm-gyro-stream/1"
-name = "f"
-vendor = "v"
-source = "s"
-confidence = "secondary"
-[port]
-baud = 38400
-[frame]
-name = "f"
-rate_hz = 100
-[frame.line]
-starts_with = "S"
-terminator = "\n"
-separators = ","
-merges = false
-words = 3
-longest = 60
-[[frame.field]]
-role = "rate"
-type = "decimal"
-word = 1
-unit = "deg/h"
-[[frame.field]]
+  const auto format = decimal_lines(R"([[frame.field]]
 role = "sequence"
 word = 2
 type = "integer"
@@ -131,13 +109,11 @@ type = "integer"
 bit = 0
 bits = 1
 good = 0
-)",
-                                        "f.toml");
-  ASSERT_TRUE(format) << text(format.error());
+)");
   for (const std::uint32_t sequence : {5u, 32768u, 65535u})
     for (const bool good : {true, false}) {
-      const auto line = encode_frame(format->frame, {.axes = {{.value = 1.0}}, .sequence = sequence, .good = good});
-      FrameDecoder decoder(format->frame);
+      const auto line = encode_frame(format, {.axes = {{.value = 1.0}}, .sequence = sequence, .good = good});
+      FrameDecoder decoder(format);
       decoder.feed(line);
       decoder.feed(line);
       const auto* frame = decoder.take();

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "drivers/gyro/framed_gyro.hpp"
+#include "tests/drivers/gyro/decimal_lines.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -415,29 +416,7 @@ TEST(GyroHousekeeping, NamesSameAxisInEveryMessage) {
 
 /// Returns a stream of lines "S,RATE,STATUS" whose status has the type.
 FrameFormat lines_with_status(const std::string& type) {
-  const auto stream = parse_gyro_stream(R"(schema = "gyrotherm-gyro-stream/1"
-name = "lines"
-vendor = "v"
-source = "s"
-confidence = "secondary"
-[port]
-baud = 38400
-[frame]
-name = "lines"
-rate_hz = 100
-[frame.line]
-starts_with = "S"
-terminator = "\n"
-separators = ","
-merges = false
-words = 3
-longest = 60
-[[frame.field]]
-role = "rate"
-type = "decimal"
-word = 1
-unit = "deg/s"
-[[frame.field]]
+  return decimal_lines(R"([[frame.field]]
 name = "status"
 role = "status"
 word = 2
@@ -446,10 +425,7 @@ rule = [
   { mask = 0x1, good = 0, verdict = "invalid", meaning = "sensor" },
   { mask = 0x80000000, good = 0x80000000, verdict = "mismatch", meaning = "range" },
 ]
-type = ")" + type + "\"\n",
-                                        "lines.toml");
-  if (!stream) throw std::runtime_error(text(stream.error()));
-  return stream->frame;
+type = ")" + type + "\"\n");
 }
 
 TEST(FrameDecoder, BrokenRulesAreThoseThatMarkFrame) {

@@ -38,7 +38,7 @@ class Notifier {
   NotificationMemory memory_;
   /// Text of the memory when it was last saved.
   std::string saved_text_;
-  /// Whether the last attempt to save the memory failed. The fault is reported once; the attempts continue.
+  /// True if the last attempt to save the memory failed. The fault is reported once; the attempts continue.
   bool has_save_failed_ = false;
   /// Whether each of the other monitors responded at the time `monitors_checked_at_`, by URL.
   std::map<std::string, bool> responding_monitors_;

@@ -97,7 +97,8 @@ class FrameSum {
     double arcsec_per_unit{};
     std::optional<std::int64_t> pulses{};
     std::optional<double> angle{};
-    bool is_bad{};  ///< the gyro marked the frame of the latest value bad
+    /// The latest value came in a frame that the gyro marked bad.
+    bool is_bad{};
     AxisTally pending{};
   };
   struct Sequence {

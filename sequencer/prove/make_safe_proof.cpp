@@ -96,7 +96,8 @@ class GuardDrill {
   }
   /// Waits until the guard of a dead program needs the chamber's line no more. Returns false if it may still need it.
   bool await_guard() {
-    if (watchdog::was_released(record_)) return true;  // the program died before it armed a guard
+    // No guard was armed before the program died.
+    if (watchdog::was_released(record_)) return true;
     const auto cause =
         await(times.safe, [&] { return trace().has_value(); }) ? await_confirmation() : "it left no trace";
     if (!cause.empty()) log.read("guard reports", cause);

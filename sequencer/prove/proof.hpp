@@ -110,7 +110,7 @@ struct Proof {
   bool is_as_found = true;
   /// False if it was left safe instead, because it does not show the set point with which it was found.
   bool is_restorable = true;
-  /// Why it was not left as found; may be empty.
+  /// Reason for which it was not left as found; may be empty.
   std::string restoration{};
   /// Folder and digest of the previous protocol of this rig; empty: there was none.
   std::string previous{}, previous_sha256{};
@@ -154,9 +154,10 @@ struct FiledProof {
   std::string folder;
   Proof proof;
   std::string sha256;  ///< digest of proof.json
-  /// Why proof.json could not be read or parsed; `proof` is then empty. Empty: it was read.
+  /// Reason for which proof.json could not be read or parsed; `proof` is then empty. Empty: it was read.
   std::string fault;
-  bool is_signed{};  ///< a signature is there; it is not verified
+  /// The folder contains a signature, which is not verified.
+  bool is_signed{};
 };
 
 /// Returns the folder of the protocols of a rig: beside the rig file, or for a shipped rig in the working folder.
